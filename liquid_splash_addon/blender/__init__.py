@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that touches Blender, and nothing else: it reads strokes, calls core, writes meshes.
+
+::
+
+    grease_pencil  strokes of a Grease Pencil object -> core's Drawings
+    mesh_object    core's Splash -> a mesh object with its velocity, frame and fields
+    material       the shared water material
+    generation     one run: snapshot the scene, compute (no bpy, any thread), write the result
+    job            a run in a worker thread, with progress and cancelling
+    generators     loaded weights, kept until the add-on goes
+    properties, preferences, operators, panels   what Blender registers
+"""
+
+import atexit
+
+import bpy
+
+from . import operators, panels, preferences, properties
+
+MODULES = (properties, preferences, operators, panels)
+
+
+def register() -> None:
+    """Register all classes, in the order in which they need each other."""
+    for module in MODULES:
+        module.register()
+    # As a Python module Blender hangs at exit while classes with Python functions are registered.
+    if bpy.app.module:
+        atexit.register(unregister)
+
+
+def unregister() -> None:
+    """Stop what is running, free the generator and remove all classes, in reverse order."""
+    from . import generators, job
+
+    atexit.unregister(unregister)
+    job.stop()
+    for module in reversed(MODULES):
+        module.unregister()
+    generators.free()

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loaded generators, kept until the add-on goes: loading takes longer than a draft."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..core.weights import Generator
+
+_loaded: dict[tuple[Path, int, str], Generator] = {}
+
+
+def get(path: Path | None, device: str) -> Generator:
+    """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
+
+    Only the last one used is kept: two would share a small GPU badly. Not for two threads at
+    once. Raises WeightsError, TorchMissingError.
+    """
+    from ..core.weights import default_weights_path, load_generator
+
+    path = path or default_weights_path()
+    # A file that was replaced since is a new one.
+    changed = path.stat().st_mtime_ns if path.is_file() else 0
+    key = (path, changed, device)
+    if key not in _loaded:
+        generator = load_generator(path, device)
+        _loaded.clear()
+        _loaded[key] = generator
+    return _loaded[key]
+
+
+def free() -> None:
+    """Drop the loaded generator and give its GPU memory back."""
+    _loaded.clear()
+    torch = sys.modules.get("torch")
+    if torch is not None and torch.cuda.is_available():
+        torch.cuda.empty_cache()

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The water that every splash shares."""
+
+from __future__ import annotations
+
+import bpy
+
+NAME = "Splash Water"
+MARK = "liquid_splash_water"
+
+WATER = {
+    "Base Color": (1.0, 1.0, 1.0, 1.0),
+    "Roughness": 0.0,
+    "IOR": 1.333,
+    "Transmission Weight": 1.0,
+}
+"""Inputs of the Principled shader, by name: their order differs between Blender's versions."""
+
+
+def water_material() -> bpy.types.Material:
+    """Return the water material of this file, made at the first call.
+
+    It is known by a mark, so that a renamed or retuned one is still reused.
+    """
+    for material in bpy.data.materials:
+        if MARK in material and material.library is None:
+            return material
+    material = bpy.data.materials.new(NAME)
+    material[MARK] = True
+    if bpy.app.version < (5, 0, 0):  # always on, and deprecated, from 5.0
+        material.use_nodes = True
+    shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    for name, value in WATER.items():
+        shader.inputs[name].default_value = value
+    material.use_raytrace_refraction = True  # EEVEE
+    material.diffuse_color = (0.45, 0.7, 0.85, 1.0)  # the viewport's solid mode
+    return material
