@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# PYTHON     the Python to make .venv from: 3.11, because Blender 4.5's module is for that one
+# PIP_ARGS   options for pip, e.g. another package index
+# BLENDER    a Blender to use instead of the provisioned one
+# TEST_ARGS  options for pytest, e.g. TEST_ARGS="-k strokes"
+
+SHELL := /bin/bash
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV_PYTHON := .venv/bin/python
+INSTALLED := .venv/.installed
+
+export PIP_ARGS BLENDER
+# Idle OpenMP threads that spin take the cores from the threads that work.
+export OMP_WAIT_POLICY := PASSIVE
+
+.PHONY: help demo test test-slow bench lint blender build clean
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
+	$(VENV_PYTHON) docs/make_demo.py --out out
+
+test: lint ## every check: lint, types, and the tests in three Pythons
+	tests/every_way.sh $(TEST_ARGS)
+
+test-slow: lint ## the tests that `make test` has no time for, and Blender 5.0's module
+	tests/every_way.sh --slow $(TEST_ARGS)
+
+bench: $(INSTALLED) ## benchmarks: out/bench.json
+	$(VENV_PYTHON) tests/benchmarks/bench.py --out out/bench.json
+
+lint: $(INSTALLED) ## formatting, style, types
+	$(VENV_PYTHON) -m ruff format --check .
+	$(VENV_PYTHON) -m ruff check .
+	$(VENV_PYTHON) -m mypy
+
+blender: $(INSTALLED) ## provision a real Blender from Debian (needs root), outside the checkout
+	PIP="$(VENV_PYTHON) -m pip" tests/provision_blender.sh
+
+build: $(INSTALLED) ## the extension's zip, in dist/
+	$(VENV_PYTHON) build.py
+
+clean: ## remove what the other targets made, except .venv and the provisioned Blender
+	rm -rf build dist out .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
+
+$(INSTALLED): requirements.txt
+	$(PYTHON) -c 'import sys; sys.version_info[:2] == (3, 11) or sys.exit("This needs Python 3.11: make PYTHON=...")'
+	test -x $(VENV_PYTHON) || $(PYTHON) -m venv .venv
+	$(VENV_PYTHON) -m pip install $(PIP_ARGS) --requirement requirements.txt
+	touch $@

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""For all tests: an empty scene each, or no Blender at all where none is wanted."""
+
+import importlib.util
+import os
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+BLENDER_MODULES = ("bpy", "bmesh", "mathutils", "gpu", "blf")
+
+if os.environ.get("LIQUID_SPLASH_NO_BPY") == "1":
+    # None makes an import fail, as where Blender is not installed.
+    sys.modules.update(dict.fromkeys(BLENDER_MODULES))
+
+HAS_BPY = importlib.util.find_spec("bpy") is not None
+collect_ignore = [] if HAS_BPY else ["blender"]
+
+
+@pytest.fixture(autouse=HAS_BPY)
+def empty_scene() -> Iterator[None]:
+    """Begin every test with a new, empty file, whatever the one before it left behind."""
+    import bpy
+
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    yield
