@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The local frame: the strokes' own axes, found by PCA (paper, 4.2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .grid import LOCAL_SPACING
+from .strokes import Stroke, check_strokes, resampled_points
+
+PROVISIONAL_POINTS = 256
+"""Samples across the sketch while its scale, and so the half-cell step, is still unknown."""
+
+DEFINITE_FLOW = 0.05
+"""Share of the mean speed from which the mean flow along an axis decides the axis's sign."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Similarity transform between the drawing and the local box.
+
+    ``local = scale * axes @ (drawn - centre)``, so ``drawn = axes.T @ local / scale + centre``.
+
+    Attributes
+    ----------
+    axes : float64 ``(3, 3)``, rows are the local x, y, z axes in the drawing's space
+    centre : float64 ``(3,)``, the local origin, in drawing units
+    scale : local metres per drawing unit
+    """
+
+    axes: np.ndarray
+    centre: np.ndarray
+    scale: float
+
+    def points_to_local(self, points: np.ndarray) -> np.ndarray:
+        """Map positions ``(..., 3)`` from drawing units to local metres."""
+        return self.scale * (points - self.centre) @ self.axes.T
+
+    def points_to_drawing(self, points: np.ndarray) -> np.ndarray:
+        """Map positions ``(..., 3)`` from local metres to drawing units."""
+        return points @ self.axes / self.scale + self.centre
+
+    def vectors_to_local(self, vectors: np.ndarray) -> np.ndarray:
+        """Map velocities ``(..., 3)`` from drawing units per second to local m/s."""
+        return self.scale * vectors @ self.axes.T
+
+    def vectors_to_drawing(self, vectors: np.ndarray) -> np.ndarray:
+        """Map velocities ``(..., 3)`` from local m/s to drawing units per second."""
+        return vectors @ self.axes / self.scale
+
+    def strokes_to_local(self, strokes: Sequence[Stroke], gain: float = 1.0) -> list[Stroke]:
+        """Map strokes to local metres and m/s; velocities are multiplied by ``gain``."""
+        return [
+            Stroke(
+                self.points_to_local(stroke.points.astype(np.float64)),
+                gain * self.vectors_to_local(stroke.velocities.astype(np.float64)),
+            )
+            for stroke in strokes
+        ]
+
+    def turned(self, rotation: np.ndarray) -> Frame:
+        """Return the frame whose local space is turned by ``rotation`` ``(3, 3)``."""
+        return Frame(rotation @ self.axes, self.centre, self.scale)
+
+
+def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
+    """Return the local frame of ``strokes``.
+
+    The origin is the centroid, the axes are the principal axes of the strokes resampled at
+    half a cell. Axes 1 and 2 point along the mean flow (along the skewness where there is
+    none); axis 3 is their cross product.
+
+    real_size : longest side of the strokes' box along these axes, in metres; 0 takes the
+    strokes to be in metres already.
+
+    Raises StrokeError where no frame can be found.
+    """
+    check_strokes(strokes)
+    points = [stroke.points.astype(np.float64) for stroke in strokes]
+    scale = real_size / longest_side(points) if real_size > 0 else 1.0
+    positions, velocities = resampled_points(strokes, LOCAL_SPACING / 2 / scale)
+    centre, axes, _ = principal_axes(positions.astype(np.float64))
+    offsets = (positions - centre) @ axes.T
+    flow = velocities.astype(np.float64) @ axes.T
+    signs = [axis_sign(flow[:, a], np.linalg.norm(flow, axis=1), offsets[:, a]) for a in (0, 1)]
+    first, second = signs[0] * axes[0], signs[1] * axes[1]
+    return Frame(np.stack([first, second, np.cross(first, second)]), centre, scale)
+
+
+def principal_axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return centroid ``(3,)``, axes (rows) ``(3, 3)`` and variances ``(3,)``, largest first."""
+    centre = points.mean(axis=0)
+    offsets = points - centre
+    variances, columns = np.linalg.eigh(offsets.T @ offsets / len(points))
+    return centre, columns.T[::-1], variances[::-1]
+
+
+def longest_side(polylines: Sequence[np.ndarray]) -> float:
+    """Return the longest side of the polylines' box along their principal axes.
+
+    polylines : float64 ``(n, 3)`` each. The resampling step is a share of the greatest
+    distance from the mean point, which a rotation does not change.
+    """
+    together = np.concatenate(polylines)
+    radius = np.linalg.norm(together - together.mean(axis=0), axis=1).max()
+    still = [Stroke(points, np.zeros_like(points)) for points in polylines]
+    positions, _ = resampled_points(still, 2 * radius / PROVISIONAL_POINTS)
+    _, axes, _ = principal_axes(positions.astype(np.float64))
+    return float(np.ptp(together @ axes.T, axis=0).max())
+
+
+def axis_sign(flow: np.ndarray, speed: np.ndarray, offsets: np.ndarray) -> float:
+    """Return +1 or -1: the direction of an axis by mean flow, else by skewness.
+
+    flow, speed, offsets : ``(n,)``, velocity along the axis, speed, position along the axis.
+    """
+    mean = flow.mean()
+    if abs(mean) > DEFINITE_FLOW * speed.mean():
+        return float(np.sign(mean))
+    skewness = (offsets**3).mean()
+    return -1.0 if skewness < 0 else 1.0

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make a face velocity divergence-free in the liquid, with a free surface and solids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .cells import Cells
+
+SEPARATION_PASSES = 2
+"""Solves after the first in which cells that a wall pulls at are let go."""
+
+
+def project(
+    faces: np.ndarray,
+    cells: Cells,
+    open_share: np.ndarray,
+    rtol: float = 1e-4,
+    maxiter: int = 400,
+) -> np.ndarray:
+    """Return ``faces`` minus the gradient of the pressure that makes them divergence-free.
+
+    Solves ``div(s (u - grad q)) = 0`` in liquid cells for q = dt p / (rho h), with s the open
+    share of each face and q = 0 in the air, by conjugate gradients with a diagonal
+    preconditioner (thin liquid needs few iterations). Solids let go: where the solution would
+    pull liquid at a wall (q < 0), q is set to 0 and the system is solved again.
+
+    faces, open_share : float32 ``(cells, 3)``. Returns a new array; closed faces are unchanged.
+    rtol : residual over the initial residual, root mean square.
+    """
+    liquid = cells.liquid
+    coefficients, diagonal, walled = _assemble(cells.neighbours, open_share, liquid)
+    divergence = _divergence(faces, cells.neighbours, open_share, liquid)
+    pinned = diagonal <= 0
+    pressure = np.zeros(liquid, dtype=np.float32)
+    for _ in range(1 + SEPARATION_PASSES):
+        _solve(coefficients, diagonal, cells.neighbours, divergence, pinned, pressure, rtol, maxiter)
+        pulled = walled & (pressure < 0) & ~pinned
+        if not pulled.any():
+            break
+        pinned |= pulled
+    out = faces.copy()
+    _subtract_gradient(out, pressure, cells.neighbours, open_share, liquid)
+    return out
+
+
+def divergence(faces: np.ndarray, cells: Cells, open_share: np.ndarray) -> np.ndarray:
+    """Return the outflow of each liquid cell through its open faces, ``(liquid,)``, 1/s."""
+    return -_divergence(faces, cells.neighbours, open_share, cells.liquid)
+
+
+@njit(cache=True)
+def _assemble(neighbours, open_share, liquid):
+    coefficients = np.zeros((liquid, 6), dtype=np.float32)
+    diagonal = np.zeros(liquid, dtype=np.float32)
+    walled = np.zeros(liquid, dtype=np.bool_)
+    for c in range(liquid):
+        for side in range(6):
+            n = neighbours[c, side]
+            share = open_share[n if side & 1 else c, side >> 1]
+            diagonal[c] += share
+            walled[c] |= share < 1
+            if n < liquid:
+                coefficients[c, side] = share
+    return coefficients, diagonal, walled
+
+
+@njit(cache=True)
+def _divergence(faces, neighbours, open_share, liquid):
+    """Return minus the divergence: the right-hand side."""
+    out = np.empty(liquid, dtype=np.float32)
+    for c in range(liquid):
+        total = 0.0
+        for axis in range(3):
+            n = neighbours[c, 2 * axis + 1]
+            total += open_share[c, axis] * faces[c, axis] - open_share[n, axis] * faces[n, axis]
+        out[c] = total
+    return out
+
+
+@njit(cache=True, fastmath=True)
+def _multiply(coefficients, diagonal, neighbours, pinned, x, out):
+    """Write A x into ``out``, return x . A x."""
+    total = 0.0
+    for c in range(len(x)):
+        if pinned[c]:
+            out[c] = 0.0
+            continue
+        value = diagonal[c] * x[c]
+        for side in range(6):
+            share = coefficients[c, side]
+            if share != 0:
+                value -= share * x[neighbours[c, side]]
+        out[c] = value
+        total += value * x[c]
+    return total
+
+
+@njit(cache=True, fastmath=True)
+def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
+    """Solve A x = rhs by preconditioned conjugate gradients, from the given x; x = 0 where pinned."""
+    count = len(x)
+    r = np.zeros(count, dtype=np.float32)
+    z, d, q = np.zeros_like(r), np.zeros_like(r), np.zeros_like(r)
+    target = 0.0
+    for c in range(count):
+        if pinned[c]:
+            x[c] = 0.0
+        else:
+            target += rhs[c] * rhs[c]
+    target *= rtol * rtol
+    _multiply(coefficients, diagonal, neighbours, pinned, x, q)
+    rz, rr = 0.0, 0.0
+    for c in range(count):
+        if not pinned[c]:
+            r[c] = rhs[c] - q[c]
+            z[c] = r[c] / diagonal[c]
+            d[c] = z[c]
+            rz += r[c] * z[c]
+            rr += r[c] * r[c]
+    iteration = 0
+    while rr > target and iteration < maxiter:
+        alpha = rz / _multiply(coefficients, diagonal, neighbours, pinned, d, q)
+        new, rr = 0.0, 0.0
+        for c in range(count):
+            if not pinned[c]:
+                x[c] += alpha * d[c]
+                r[c] -= alpha * q[c]
+                z[c] = r[c] / diagonal[c]
+                new += r[c] * z[c]
+                rr += r[c] * r[c]
+        beta = new / rz
+        rz = new
+        for c in range(count):
+            d[c] = z[c] + beta * d[c]
+        iteration += 1
+    return iteration
+
+
+@njit(cache=True)
+def _subtract_gradient(faces, pressure, neighbours, open_share, liquid):
+    for c in range(len(faces)):
+        for axis in range(3):
+            n = neighbours[c, 2 * axis]
+            inside, below = c < liquid, 0 <= n < liquid
+            if (inside or below) and open_share[c, axis] > 0:
+                upper = pressure[c] if inside else np.float32(0)
+                lower = pressure[n] if below else np.float32(0)
+                faces[c, axis] -= upper - lower

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Streamlines of a flow, and the few of them that a user would draw (paper, 4.2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+STEP = 0.5
+"""Arc length of an integration step, cells."""
+
+LEAVE = 0.5
+"""A line ends when it is this many cells outside the liquid."""
+
+SHORTEST = 4.0
+"""Lines shorter than this many cells are dropped."""
+
+LOOP = 1.0
+"""A line ends when it comes this close to an earlier point of itself, cells."""
+
+CLUSTER_POINTS = 16
+"""Points along each line for the Hausdorff distance."""
+
+
+def seed_points(distance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return ``(count, 3)`` points (cells) spread uniformly over the liquid.
+
+    distance : signed distance ``(X, Y, Z)``; empty result where there is no liquid.
+    """
+    inside = np.flatnonzero(distance < 0)
+    if not len(inside):
+        return np.zeros((0, 3))
+    # Every cell is as likely, and a low-discrepancy choice keeps the seeds apart.
+    chosen = inside[((np.arange(count) + rng.random(count)) * len(inside) / count).astype(int)]
+    cells = np.stack(np.unravel_index(chosen, distance.shape), axis=1)
+    return np.asarray(cells + rng.random(cells.shape))
+
+
+def trace(
+    distance: np.ndarray, velocity: np.ndarray, seeds: np.ndarray, lengths: np.ndarray
+) -> list[np.ndarray]:
+    """Return the streamlines from ``seeds`` by RK4 in arc length (eq. 1).
+
+    A line ends at its length, on leaving the liquid or the arrays, where the flow rests, or on
+    coming back to itself; lines under SHORTEST are dropped.
+
+    distance : float32 ``(X, Y, Z)`` cells; velocity : float32 ``(X', Y', Z', 3)`` on cells
+    ``X / X'`` times as large; seeds ``(n, 3)`` cells; lengths ``(n,)`` cells.
+    Each result is ``(m, 6)``: position in cells, velocity in the unit of ``velocity``.
+    """
+    coarse = distance.shape[0] // velocity.shape[0]
+    lines = []
+    room = np.empty((int(lengths.max() / STEP) + 2 if len(lengths) else 0, 6))
+    for seed, length in zip(seeds, lengths, strict=True):
+        points = _trace(distance, velocity, 1.0 / coarse, seed, length, room)
+        if (points - 1) * STEP >= SHORTEST:
+            lines.append(room[:points].astype(np.float32))
+    return lines
+
+
+@njit(cache=True)
+def trilinear(field, x, y, z):
+    """Return a scalar field ``(X, Y, Z)`` at a point in cells (centres at i + 0.5), clamped."""
+    x = min(max(x - 0.5, 0.0), field.shape[0] - 1.001)
+    y = min(max(y - 0.5, 0.0), field.shape[1] - 1.001)
+    z = min(max(z - 0.5, 0.0), field.shape[2] - 1.001)
+    i, j, k = int(x), int(y), int(z)
+    a, b, c = x - i, y - j, z - k
+    total = 0.0
+    for di in range(2):
+        for dj in range(2):
+            for dk in range(2):
+                weight = (a if di else 1 - a) * (b if dj else 1 - b) * (c if dk else 1 - c)
+                total += weight * field[i + di, j + dj, k + dk]
+    return total
+
+
+@njit(cache=True)
+def velocity_at(velocity, x, y, z, out):
+    """Write the velocity at a point (cells of ``velocity``) into ``out``; return the speed.
+
+    Cells with velocity zero are unknown and left out of the mean.
+    """
+    x = min(max(x - 0.5, 0.0), velocity.shape[0] - 1.001)
+    y = min(max(y - 0.5, 0.0), velocity.shape[1] - 1.001)
+    z = min(max(z - 0.5, 0.0), velocity.shape[2] - 1.001)
+    i, j, k = int(x), int(y), int(z)
+    a, b, c = x - i, y - j, z - k
+    known = 0.0
+    out[:] = 0.0
+    for di in range(2):
+        for dj in range(2):
+            for dk in range(2):
+                u = velocity[i + di, j + dj, k + dk]
+                if u[0] != 0 or u[1] != 0 or u[2] != 0:
+                    weight = (a if di else 1 - a) * (b if dj else 1 - b) * (c if dk else 1 - c)
+                    known += weight
+                    for axis in range(3):
+                        out[axis] += weight * u[axis]
+    if known > 0:
+        for axis in range(3):
+            out[axis] /= known
+    return np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
+
+
+@njit(cache=True)
+def _trace(distance, velocity, shrink, seed, length, room):
+    """Write the line into ``room``; return how many points it has."""
+    u = np.empty(3)
+    slopes = np.empty((4, 3))
+    position = seed.copy()
+    for point in range(int(length / STEP) + 1):
+        if trilinear(distance, position[0], position[1], position[2]) > LEAVE:
+            return point
+        at = position * shrink
+        speed = velocity_at(velocity, at[0], at[1], at[2], u)
+        if speed < 1e-3:
+            return point
+        if _comes_back(room, point, position):
+            return point
+        room[point, :3] = position
+        room[point, 3:] = u
+        slopes[0] = u / speed
+        for stage in range(1, 4):
+            reach = STEP if stage == 3 else STEP / 2
+            at = (position + reach * slopes[stage - 1]) * shrink
+            speed = velocity_at(velocity, at[0], at[1], at[2], u)
+            if speed < 1e-3:
+                return point + 1
+            slopes[stage] = u / speed
+        position = position + STEP / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3])
+    return point + 1
+
+
+@njit(cache=True)
+def _comes_back(room, count, position):
+    # The last points are near by construction: look only at those two loop widths back.
+    for earlier in range(count - int(2 * LOOP / STEP) - 1):
+        square = 0.0
+        for axis in range(3):
+            square += (room[earlier, axis] - position[axis]) ** 2
+        if square < LOOP * LOOP:
+            return True
+    return False
+
+
+def hausdorff(lines: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the symmetric Hausdorff distances between lines ``(m, 3+)``, condensed ``(n(n-1)/2,)``.
+
+    Each line is thinned to CLUSTER_POINTS points first.
+    """
+    thin = np.stack(
+        [line[np.linspace(0, len(line) - 1, CLUSTER_POINTS).round().astype(int), :3] for line in lines]
+    ).astype(np.float32)
+    return _hausdorff(thin)
+
+
+@njit(cache=True, fastmath=True)
+def _hausdorff(lines):
+    count, points, _ = lines.shape
+    out = np.empty(count * (count - 1) // 2)
+    nearest = np.empty(points, dtype=np.float32)
+    n = 0
+    for a in range(count):
+        for b in range(a + 1, count):
+            worst = np.float32(0)
+            nearest[:] = 1e30
+            for i in range(points):
+                best = np.float32(1e30)
+                for j in range(points):
+                    x = lines[a, i, 0] - lines[b, j, 0]
+                    y = lines[a, i, 1] - lines[b, j, 1]
+                    z = lines[a, i, 2] - lines[b, j, 2]
+                    d = x * x + y * y + z * z
+                    best = min(best, d)
+                    nearest[j] = min(nearest[j], d)
+                worst = max(worst, best)
+            out[n] = np.sqrt(max(worst, nearest.max()))
+            n += 1
+    return out
+
+
+def representatives(lines: Sequence[np.ndarray], count: int) -> list[int]:
+    """Return which lines stand for the ``count`` clusters of average linkage (their medoids).
+
+    Fewer are returned where there are fewer lines.
+    """
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import squareform
+
+    if len(lines) <= count:
+        return list(range(len(lines)))
+    distances = hausdorff(lines)
+    labels = fcluster(linkage(distances, "average"), count, "maxclust")
+    square = squareform(distances)
+    chosen = []
+    for label in np.unique(labels):
+        members = np.flatnonzero(labels == label)
+        inner = square[np.ix_(members, members)].sum(axis=1)
+        chosen.append(int(members[np.argmin(inner)]))
+    return chosen

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From strokes to a splash."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .alignment import Frame, fit_frame
+from .fields import Fields
+from .grid import Grid
+from .meshing import Mesh, surface
+from .settings import SplashSettings
+from .strokes import Stroke, StrokeError, check_strokes, resampled_points
+from .voxels import outside_share, rasterize
+
+if TYPE_CHECKING:
+    from .generator import Generator
+
+MOST_OUTSIDE = 0.05
+"""Share of the strokes' length that may lie outside the local grid."""
+
+Report = Callable[[str, float], None]
+"""Called between stages with what comes next and the share done, 0..1; may raise Cancelled."""
+
+
+class Cancelled(Exception):
+    """Raised by a report to stop the pipeline; nothing has changed."""
+
+
+@dataclass(frozen=True)
+class Splash:
+    """A finished splash.
+
+    Attributes
+    ----------
+    mesh : the surface, drawing units and drawing units per second
+    fields : occupancy, distance, velocity on the local grid, SI
+    frame : where the local box lies in the drawing
+    warnings : sentences for the user
+    """
+
+    mesh: Mesh
+    fields: Fields
+    frame: Frame
+    warnings: list[str] = field(default_factory=list)
+
+
+def make_splash(
+    strokes: Sequence[Stroke],
+    settings: SplashSettings,
+    generator: Generator,
+    frame: Frame | None = None,
+    report: Report | None = None,
+) -> Splash:
+    """Return the splash of ``strokes`` (drawing units, drawing units per second).
+
+    frame : the stored frame of an earlier splash; by default one is fitted to the strokes.
+    Raises StrokeError, with advice, where no splash can be made.
+    """
+    from .generator import draw_latent
+
+    report = report or (lambda stage, share: None)
+    report("Reading strokes", 0.0)
+    frame = prepare_frame(strokes, settings, frame)
+    grid = Grid.local(settings.cells)
+    local = frame.strokes_to_local(strokes, settings.speed_gain)
+    condition = rasterize(local, grid)
+    report("Generating liquid", 0.1)
+    latent = draw_latent(generator.config, settings.seed, settings.variation)
+    fields = generator.generate(condition, grid, latent)
+    report("Building surface", 0.8)
+    mesh = to_drawing(surface(fields, settings.surface_threshold), frame)
+    if not len(mesh.faces):
+        raise StrokeError(
+            "These strokes give no liquid: lower Surface Threshold or change Real Size"
+        )
+    report("Done", 1.0)
+    return Splash(mesh, fields, frame, speed_warnings(local, generator.fastest))
+
+
+def prepare_frame(
+    strokes: Sequence[Stroke], settings: SplashSettings, frame: Frame | None
+) -> Frame:
+    """Return the frame to use, checked: enough of the strokes must lie in the local box."""
+    check_strokes(strokes)
+    frame = frame or fit_frame(strokes, settings.real_size)
+    local = frame.strokes_to_local(strokes)
+    grid = Grid.local()
+    share = outside_share(local, grid)
+    if share > MOST_OUTSIDE:
+        raise StrokeError(
+            f"{share:.0%} of the strokes lie outside the generator's box of {grid.size[0]:g} m: "
+            + size_advice(local, strokes, frame)
+        )
+    return frame
+
+
+def size_advice(local: Sequence[Stroke], strokes: Sequence[Stroke], frame: Frame) -> str:
+    """Return what to do about strokes that leave the box: the largest real size that fits."""
+    grid = Grid.local()
+    points, _ = resampled_points(local, grid.spacing / 2)
+    # Scaling about the centre moves a point to the wall when its largest coordinate gets there.
+    reach = np.quantile(np.abs(points).max(axis=1), 1 - MOST_OUTSIDE)
+    now = max(float(np.ptp(points, axis=0).max()), 1e-9)
+    largest = now * (grid.size[0] / 2) / max(float(reach), 1e-9)
+    digits = np.floor(largest * 1000) / 1000
+    return f"set Real Size to {digits:g} m or less, then Realign"
+
+
+def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
+    """Return a mesh in local metres as one in drawing units."""
+    vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
+    velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
+    return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))
+
+
+def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:
+    """Return a warning if strokes are faster than anything the generator was trained on."""
+    speed = max(float(np.linalg.norm(stroke.velocities, axis=1).max()) for stroke in local)
+    if speed <= fastest:
+        return []
+    return [
+        f"Strokes reach {speed:.1f} m/s, the generator knows speeds up to {fastest:.1f} m/s: "
+        "faster parts are treated as that (lower Speed Gain)"
+    ]

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one list of parameters; Blender's properties are made from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+LATENT_SEED_MAX = 2**31 - 1
+
+
+def setting(default: Any, label: str, description: str, **limits: Any) -> Any:
+    """Return a dataclass field that also carries what an interface shows.
+
+    limits : ``low``, ``high`` (hard limits), ``items`` ((identifier, label, description), ...)
+    or ``unit`` (a Blender unit name such as 'LENGTH').
+    """
+    return field(
+        default=default, metadata={"label": label, "description": description, **limits}
+    )
+
+
+@dataclass(frozen=True)
+class SplashSettings:
+    """What a user chooses for one splash. Units are in each description."""
+
+    real_size: float = setting(
+        0.25,
+        "Real Size",
+        "Longest side of the sketch in the real world, in metres (0: one unit is one metre). "
+        "Larger splashes are made of thinner sheets",
+        low=0.0,
+        high=1.0,
+    )
+    speed_source: str = setting(
+        "TIME",
+        "Speed",
+        "Where the speed of the strokes comes from",
+        items=(
+            ("TIME", "Recorded Time", "The time at which each point was drawn"),
+            ("PRESSURE", "Pressure", "Pen pressure times the stroke speed"),
+            ("CONSTANT", "Constant", "The stroke speed"),
+        ),
+    )
+    stroke_speed: float = setting(
+        0.5,
+        "Stroke Speed",
+        "Speed of the hand in m/s at real size: for constant speed, at full pressure, and for "
+        "strokes without recorded time",
+        low=0.01,
+        high=10.0,
+    )
+    speed_gain: float = setting(
+        4.0,
+        "Speed Gain",
+        "Liquid speed over hand speed. Hands draw at about a quarter of the speed of splashes",
+        low=0.1,
+        high=20.0,
+    )
+    seed: int = setting(
+        0, "Seed", "Number that picks one of the possible splashes", low=0, high=LATENT_SEED_MAX
+    )
+    variation: float = setting(
+        0.0,
+        "Variation",
+        "How far the splash may stray from the most likely one (0: the same for every seed)",
+        low=0.0,
+        high=1.0,
+    )
+    resolution: str = setting(
+        "128",
+        "Resolution",
+        "Cells along each side of the generator's box",
+        items=(
+            ("64", "64 (Draft)", "Fast draft"),
+            ("128", "128", "Full resolution"),
+        ),
+    )
+    surface_threshold: float = setting(
+        0.5,
+        "Surface Threshold",
+        "Probability of liquid at the surface: lower is fuller, higher is thinner",
+        low=0.05,
+        high=0.95,
+    )
+    device: str = setting(
+        "AUTO",
+        "Device",
+        "Where the generator runs",
+        items=(
+            ("AUTO", "Automatic", "The GPU if torch can use one, else the processor"),
+            ("CPU", "CPU", "The processor"),
+            ("CUDA", "CUDA", "An NVIDIA or AMD GPU"),
+            ("MPS", "Metal", "An Apple GPU"),
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            check_setting(item.name, getattr(self, item.name), item.metadata)
+
+    @property
+    def cells(self) -> int:
+        """Cells along each side of the local grid."""
+        return int(self.resolution)
+
+
+def check_setting(name: str, value: Any, limits: Any) -> None:
+    """Raise ValueError if ``value`` is outside the limits of the setting ``name``."""
+    if "items" in limits:
+        known = [identifier for identifier, _, _ in limits["items"]]
+        if value not in known:
+            raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+    elif not limits["low"] <= value <= limits["high"]:
+        raise ValueError(f"{name} must be from {limits['low']} to {limits['high']}, not {value}")

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a generator must beat: dilated strokes, and the most similar training example."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import distance_transform_edt
+from tqdm import tqdm
+
+from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.strokes import Stroke, resampled_points
+
+from .dataset import STROKES_IN_TESTS, Item, draw_strokes, resample
+
+POINTS = 256
+"""Points that stand for a sketch in the search for the nearest one."""
+
+
+def stroke_distance(condition: np.ndarray) -> np.ndarray:
+    """Return each cell's distance to the nearest stroke cell, in cells."""
+    return np.asarray(distance_transform_edt(condition[0] == 0))
+
+
+def best_radius(distances: Sequence[np.ndarray], truths: Sequence[np.ndarray]) -> float:
+    """Return the radius (cells) whose dilated strokes have the best mean IoU with the truth."""
+    radii = np.arange(0.5, 16, 0.5)
+    scores = []
+    for radius in radii:
+        pairs = [(d <= radius, t) for d, t in zip(distances, truths, strict=True)]
+        scores.append(np.mean([(a & b).sum() / max((a | b).sum(), 1) for a, b in pairs]))
+    return float(radii[int(np.argmax(scores))])
+
+
+def sketch_points(strokes: Sequence[Stroke], rng: np.random.Generator) -> np.ndarray:
+    """Return POINTS random points of the sketch in its own local frame, float32 ``(POINTS, 3)``."""
+    local = fit_frame(strokes).strokes_to_local(strokes)
+    points, _ = resampled_points(local, 0.002)
+    return points[rng.integers(0, len(points), POINTS)]
+
+
+class NearestExample:
+    """Answers with the training frame whose sketch is nearest (symmetric Chamfer distance)."""
+
+    def __init__(self, items: Sequence[Item], seed: int = 0) -> None:
+        rng = np.random.default_rng(seed)
+        self.items = items
+        self.strokes = [
+            draw_strokes(item.lines, rng, STROKES_IN_TESTS, jitter=False)
+            for item in tqdm(items, desc="training sketches", leave=False)
+        ]
+        self.clouds = np.stack([sketch_points(s, rng) for s in self.strokes])
+
+    def answer(self, strokes: Sequence[Stroke], grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+        """Return distance ``(X, Y, Z)`` and velocity ``(3, X, Y, Z)`` of the nearest example."""
+        cloud = sketch_points(strokes, np.random.default_rng(0))
+        best = int(np.argmin(_chamfer(self.clouds, cloud)))
+        item = self.items[best]
+        return resample(item.load(), item.spacing, fit_frame(self.strokes[best]), grid)
+
+
+@njit(cache=True, fastmath=True)
+def _chamfer(clouds, cloud):
+    out = np.empty(len(clouds))
+    nearest = np.empty(cloud.shape[0], dtype=np.float32)
+    for n in range(len(clouds)):
+        total = 0.0
+        nearest[:] = 1e30
+        for i in range(clouds.shape[1]):
+            best = np.float32(1e30)
+            for j in range(cloud.shape[0]):
+                x = clouds[n, i, 0] - cloud[j, 0]
+                y = clouds[n, i, 1] - cloud[j, 1]
+                z = clouds[n, i, 2] - cloud[j, 2]
+                d = x * x + y * y + z * z
+                best = min(best, d)
+                nearest[j] = min(nearest[j], d)
+            total += np.sqrt(best)
+        out[n] = total / clouds.shape[1] + np.sqrt(nearest).mean()
+    return out

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From frames and streamlines to what the network sees: strokes drawn anew for every use."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from liquid_splash_addon.core.alignment import Frame as LocalFrame
+from liquid_splash_addon.core.alignment import fit_frame, principal_axes
+from liquid_splash_addon.core.fields import AIR
+from liquid_splash_addon.core.fluid.streamlines import representatives, trilinear, velocity_at
+from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
+from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.voxels import rasterize
+
+from .frames import Frame, load_frame, load_parameters
+from .prepare import lines_path, load_lines
+
+STROKES_IN_TRAINING = (1, 20)
+STROKES_IN_TESTS = (5, 20)
+"""Range of the number of strokes; the second is the paper's (4.2.2)."""
+
+JITTER = 0.002
+"""Metres by which a training stroke is moved, as a slow wobble along it (a hand's)."""
+
+SPEED_NOISE = 0.1
+"""Relative error of a training stroke's speed."""
+
+NEAR_EQUAL = 1.15
+"""Eigenvalue ratio below which two axes could as well be any two in their plane."""
+
+TENTH = 10
+"""One scene in ten is for validation, one for tests."""
+
+
+class Sample(NamedTuple):
+    """One pair for the network.
+
+    condition : float32 ``(4, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, +-AIR;
+    velocity : float32 ``(3, X, Y, Z)`` m/s, zero far from the liquid; grid : the cells' place.
+    """
+
+    condition: np.ndarray
+    distance: np.ndarray
+    velocity: np.ndarray
+    grid: Grid
+
+
+@dataclass(frozen=True)
+class Item:
+    """One frame of the data set: scene file, number in it, its streamlines, seconds since impact."""
+
+    scene: Path
+    number: int
+    lines: Sequence[np.ndarray]
+    time: float
+    spacing: float
+
+    def load(self) -> Frame:
+        """Read the frame."""
+        return load_frame(self.scene, self.number)
+
+
+def split_of(seed: int) -> str:
+    """Return 'train', 'validation' or 'test' for a scene: fixed by its seed alone."""
+    digit = hashlib.sha256(str(seed).encode()).digest()[0] % TENTH
+    return {0: "test", 1: "validation"}.get(digit, "train")
+
+
+def load_items(data: Path, split: str) -> list[Item]:
+    """Return the frames of one split, by scene and time; ValueError if there are none."""
+    items = []
+    for scene in sorted(data.glob("scene_*.npz")):
+        if split_of(int(scene.stem[-6:])) != split or not lines_path(scene).exists():
+            continue
+        parameters, times = load_parameters(scene)
+        for number, lines in load_lines(lines_path(scene)).items():
+            items.append(Item(scene, number, lines, times[number], parameters["spacing"]))
+    if not items:
+        raise ValueError(
+            f"no {split} frames in {data}: run training.simulate with more scenes, "
+            "then training.prepare"
+        )
+    return items
+
+
+def draw_strokes(
+    lines: Sequence[np.ndarray], rng: np.random.Generator, counts: tuple[int, int], jitter: bool
+) -> list[Stroke]:
+    """Return strokes that a user might have drawn for these streamlines.
+
+    lines : ``(m, 6)`` each, metres and m/s. A random half or more of them is clustered down to
+    a random number in ``counts``; the medoids are the strokes.
+    """
+    size = max(int(len(lines) * rng.uniform(0.5, 1.0)), 1)
+    some = [lines[i] for i in rng.choice(len(lines), size, replace=False)]
+    chosen = representatives(some, int(rng.integers(counts[0], counts[1] + 1)))
+    strokes = [Stroke(some[i][:, :3], some[i][:, 3:]) for i in chosen]
+    return [wobble(stroke, rng) for stroke in strokes] if jitter else strokes
+
+
+def wobble(stroke: Stroke, rng: np.random.Generator) -> Stroke:
+    """Return the stroke as an unsteady hand would draw it: slowly displaced, speed a bit off."""
+    knots = rng.normal(0, JITTER, (4, 3))
+    where = np.linspace(0, 3, len(stroke.points))
+    offset = np.stack([np.interp(where, np.arange(4), knots[:, a]) for a in range(3)], axis=1)
+    factor = 1 + SPEED_NOISE * rng.normal()
+    return Stroke(stroke.points + offset, stroke.velocities * max(factor, 0.1))
+
+
+def augmented_frame(frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator) -> LocalFrame:
+    """Return the frame with random signs, and turned in the plane of near-equal axes."""
+    points = np.concatenate([frame.points_to_local(s.points.astype(np.float64)) for s in strokes])
+    _, _, variances = principal_axes(points)
+    turn = np.eye(3)
+    for a, b in ((0, 1), (1, 2)):
+        if variances[a] < NEAR_EQUAL * variances[b]:
+            angle = rng.uniform(0, 2 * np.pi)
+            plane = np.eye(3)
+            plane[[a, b], [a, b]] = np.cos(angle)
+            plane[a, b], plane[b, a] = -np.sin(angle), np.sin(angle)
+            turn = plane @ turn
+    return frame.turned(np.diag(rng.choice([-1.0, 1.0], 3)) @ turn)
+
+
+def condition_of(strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid) -> np.ndarray:
+    """Return the condition of strokes in metres: the add-on's own path with gain 1."""
+    return rasterize(frame.strokes_to_local(strokes), grid)
+
+
+def sample_on(item: Item, strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid) -> Sample:
+    """Return condition and truth of ``item`` on ``grid`` in the local ``frame``."""
+    stored = item.load()
+    distance, velocity = resample(stored, item.spacing, frame, grid)
+    return Sample(condition_of(strokes, frame, grid), distance, velocity, grid)
+
+
+def resample(
+    stored: Frame, spacing: float, frame: LocalFrame, grid: Grid
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return distance ``(X, Y, Z)`` (cells of ``grid``, +-AIR) and velocity ``(3, X, Y, Z)``.
+
+    spacing : cell size of the simulation, metres.
+    """
+    # local cell -> stored cell: one affine map for all
+    steps = frame.axes.T * grid.spacing / spacing
+    first = np.asarray(grid.origin) + 0.5 * grid.spacing
+    start = (frame.points_to_drawing(first) / spacing) - stored.start
+    distance = np.full(grid.shape, AIR, dtype=np.float32)
+    velocity = np.zeros((3, *grid.shape), dtype=np.float32)
+    ratio = spacing / grid.spacing
+    _resample(
+        stored.distance_cells(), stored.dense_velocity(), steps, start, ratio, frame.axes,
+        distance, velocity,
+    )  # fmt: skip
+    return distance, velocity
+
+
+@njit(cache=True)
+def _resample(source, source_velocity, steps, start, ratio, axes, distance, velocity):
+    u = np.empty(3)
+    for i in range(distance.shape[0]):
+        for j in range(distance.shape[1]):
+            for k in range(distance.shape[2]):
+                x = start[0] + steps[0, 0] * i + steps[0, 1] * j + steps[0, 2] * k
+                y = start[1] + steps[1, 0] * i + steps[1, 1] * j + steps[1, 2] * k
+                z = start[2] + steps[2, 0] * i + steps[2, 1] * j + steps[2, 2] * k
+                if x < 0.5 or y < 0.5 or z < 0.5:
+                    continue
+                nx, ny, nz = source.shape
+                if x > nx - 0.5 or y > ny - 0.5 or z > nz - 0.5:
+                    continue
+                d = trilinear(source, x, y, z) * ratio
+                distance[i, j, k] = min(max(d, -AIR), AIR)
+                if d < 2.0:
+                    velocity_at(source_velocity, 0.5 * x, 0.5 * y, 0.5 * z, u)
+                    for a in range(3):
+                        velocity[a, i, j, k] = (
+                            axes[a, 0] * u[0] + axes[a, 1] * u[1] + axes[a, 2] * u[2]
+                        )
+
+
+def random_crop(
+    strokes: Sequence[Stroke], frame: LocalFrame, cells: int, rng: np.random.Generator
+) -> Grid:
+    """Return a ``cells``^3 part of the full-resolution box, around a random point of a stroke.
+
+    It begins at a multiple of the latent's lattice (16 cells).
+    """
+    stroke = strokes[rng.integers(len(strokes))]
+    point = frame.points_to_local(stroke.points[rng.integers(len(stroke.points))][None])
+    full = Grid.local()
+    wish = full.cell_of(point)[0] - cells // 2 + rng.integers(-16, 17, 3)
+    x, y, z = (int(np.clip(round(w / 16) * 16, 0, LOCAL_CELLS - cells)) for w in wish)
+    return full.crop((x, y, z), (cells, cells, cells))
+
+
+def training_sample(item: Item, rng: np.random.Generator, fine: bool, cells: int = 64) -> Sample:
+    """Return a random pair: a crop at full resolution if ``fine``, else the whole box as a draft."""
+    strokes = draw_strokes(item.lines, rng, STROKES_IN_TRAINING, jitter=True)
+    frame = augmented_frame(fit_frame(strokes), strokes, rng)
+    grid = random_crop(strokes, frame, cells, rng) if fine else Grid.local(cells)
+    return sample_on(item, strokes, frame, grid)
+
+
+def test_sample(item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS) -> tuple[Sample, list[Stroke]]:
+    """Return the pair and strokes of an unseen frame, the same at every call."""
+    rng = np.random.default_rng([int(item.scene.stem[-6:]), item.number])
+    strokes = draw_strokes(item.lines, rng, counts, jitter=False)
+    return sample_on(item, strokes, fit_frame(strokes), Grid.local(cells)), strokes
+
+
+def training_samples(items: Sequence[Item], seed: int, cells: int = 64) -> Iterator[Sample]:
+    """Yield random pairs without end; every second one at full resolution."""
+    rng = np.random.default_rng(seed)
+    number = 0
+    while True:
+        for index in rng.permutation(len(items)):
+            yield training_sample(items[index], rng, fine=number % 2 == 1, cells=cells)
+            number += 1

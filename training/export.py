@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Turn a checkpoint into the add-on's weights: batch norm and threshold folded, float16.
+
+    python -m training.export RUN --data DATA
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
+from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork, fold_norm
+from liquid_splash_addon.core.weights import default_weights_path, save_weights
+
+from .dataset import Item, load_items, test_sample
+from .evaluate import choose
+from .train import VELOCITY_SCALE, collate
+
+THRESHOLDS = np.linspace(0.2, 0.7, 26)
+
+
+def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:
+    """Return the averaged network of a run and its checkpoint; FileNotFoundError if none."""
+    state = torch.load(run / "checkpoint.pt", weights_only=True)
+    network = SplashNetwork(NetworkConfig(**state["shape"]))
+    network.load_state_dict(state["average"])
+    return network.eval(), state
+
+
+@torch.inference_mode()
+def best_threshold(network: SplashNetwork, items: Sequence[Item], grids: Iterable[int]) -> float:
+    """Return the probability at which validation frames have the best mean IoU."""
+    scores = []
+    for cells in grids:
+        for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
+            batch = collate([test_sample(item, cells)[0]])
+            probability = torch.sigmoid(network(batch.condition, batch.scale)[0, 0]).numpy()
+            truth = batch.distance[0].numpy() < 0
+            scores.append([iou(probability > t, truth) for t in THRESHOLDS])
+    return float(THRESHOLDS[int(np.mean(scores, axis=0).argmax())])
+
+
+def iou(guess: np.ndarray, truth: np.ndarray) -> float:
+    """Return intersection over union of two bool arrays."""
+    return float((guess & truth).sum() / max((guess | truth).sum(), 1))
+
+
+def fold_threshold(network: SplashNetwork, threshold: float) -> None:
+    """Shift the logit in place so that ``threshold`` becomes 0.5."""
+    assert network.head.bias is not None
+    with torch.no_grad():
+        network.head.bias[:8] -= float(np.log(threshold / (1 - threshold)))
+
+
+def data_hash(items: Sequence[Item]) -> str:
+    """Return a hash of the scene files that the items come from."""
+    digest = hashlib.sha256()
+    for path in sorted({item.scene for item in items}):
+        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
+    """Return the median longest side (m) of the training sketches and their fastest speed (m/s).
+
+    The fastest is the 99.9th percentile: single points of spray are faster.
+    """
+    sides, speeds = [], []
+    for item in items:
+        sample, strokes = test_sample(item, 64)
+        cells = np.argwhere(sample.condition[0] > 0)
+        sides.append((np.ptp(cells, axis=0).max() + 1) * Grid.local(64).spacing)
+        speeds.append(np.concatenate([np.linalg.norm(s.velocities, axis=1) for s in strokes]))
+    return {
+        "real_size": float(np.median(sides)),
+        "fastest": float(np.quantile(np.concatenate(speeds), 0.999)),
+    }
+
+
+def main() -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("run", type=Path, help="directory of the training run")
+    parser.add_argument("--data", type=Path, required=True, help="directory of the data set")
+    parser.add_argument("--out", type=Path, default=default_weights_path())
+    parser.add_argument("--figures", type=Path, help="JSON of training.evaluate, for the header")
+    parser.add_argument("--most", type=int, default=40, help="validation frames at the most")
+    args = parser.parse_args()
+    try:
+        network, state = load_average(args.run)
+        training = load_items(args.data, "train")
+        validation = choose(load_items(args.data, "validation"), args.most)
+    except (OSError, ValueError) as error:
+        print(f"{error}: run training.train first, with the same data", file=sys.stderr)
+        return 1
+    threshold = best_threshold(network, validation, (64, 128))
+    folded = fold_norm(network)
+    fold_threshold(folded, threshold)
+    header = {
+        "local_cells": LOCAL_CELLS,
+        "local_spacing": LOCAL_SPACING,
+        "velocity_scale": VELOCITY_SCALE,
+        "channels": {"in": ["occupancy", "velocity"], "out": ["logit", "distance", "velocity"]},
+        "threshold": threshold,
+        "data_hash": data_hash(training),
+        "steps": state["steps"],
+        "minutes": round(state["seconds"] / 60, 1),
+        "training": state["config"],
+        **sketch_statistics(choose(training, 200)),
+        "figures": json.loads(args.figures.read_text()) if args.figures else {},
+    }
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    save_weights(folded, header, args.out)
+    print(f"{args.out}: threshold {threshold:.2f}, real size {header['real_size']:.3f} m, "
+          f"fastest {header['fastest']:.2f} m/s")  # fmt: skip
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

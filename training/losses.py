@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the network is trained on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from liquid_splash_addon.core.fields import AIR
+
+BACKGROUND = 0.05
+"""Weight of cells far from liquid and strokes: there are many, and they are easy."""
+
+NEAR = 8
+"""Cells within about this distance of liquid or strokes have full weight."""
+
+
+class Batch(NamedTuple):
+    """A batch on one device. B samples of X x Y x Z cells.
+
+    condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale
+    scale : ``(B,)``, log2 of the cell size over the full-resolution one
+    distance : ``(B, X, Y, Z)`` cells, +-AIR
+    velocity : ``(B, 3, X, Y, Z)`` over the velocity scale
+    """
+
+    condition: Tensor
+    scale: Tensor
+    distance: Tensor
+    velocity: Tensor
+
+
+def band(batch: Batch) -> Tensor:
+    """Return each cell's weight ``(B, X, Y, Z)``: 1 near liquid or strokes, else BACKGROUND."""
+    occupied = torch.maximum((batch.distance < 0).float(), batch.condition[:, 0])[:, None]
+    blocks = F.max_pool3d(occupied, NEAR // 2)
+    near = F.max_pool3d(blocks, 5, stride=1, padding=2)
+    near = F.interpolate(near, scale_factor=NEAR // 2, mode="nearest")[:, 0]
+    return near + BACKGROUND * (1 - near)
+
+
+def sample_losses(output: Tensor, batch: Batch) -> Tensor:
+    """Return the loss of each sample, ``(B,)``.
+
+    Binary cross-entropy and soft Dice of the occupancy, L1 of the truncated distance, L1 of
+    the velocity in the liquid (dilated by a cell), relative to the splash's mean speed.
+
+    output : ``(B, 5, X, Y, Z)`` of the network.
+    """
+    weight = band(batch)
+    truth = (batch.distance < 0).float()
+    logit = output[:, 0]
+    cross = F.binary_cross_entropy_with_logits(logit, truth, reduction="none")
+    entropy = mean(cross, weight)
+    shape_error = mean((output[:, 1] - batch.distance / AIR).abs(), weight)
+    liquid = (batch.distance < 1).float()
+    error = (output[:, 2:] - batch.velocity).abs().sum(1)
+    speed = mean(batch.velocity.abs().sum(1), liquid).clamp_min(0.02)
+    return entropy + dice(torch.sigmoid(logit), truth) + shape_error + 0.3 * mean(error, liquid) / speed
+
+
+def dice(probability: Tensor, truth: Tensor) -> Tensor:
+    """Return 1 - soft Dice of each sample, ``(B,)``; samples without liquid add one cell."""
+    common = (probability * truth).sum((1, 2, 3))
+    total = probability.sum((1, 2, 3)) + truth.sum((1, 2, 3))
+    return 1 - (2 * common + 1) / (total + 1)
+
+
+def mean(values: Tensor, weight: Tensor) -> Tensor:
+    """Return the weighted mean of each sample, ``(B,)``."""
+    return (values * weight).sum((1, 2, 3)) / weight.sum((1, 2, 3)).clamp_min(1.0)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How near a splash is to the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_erosion
+from scipy.spatial import cKDTree
+
+
+def occupancy_metrics(guess: np.ndarray, truth: np.ndarray, spacing: float) -> dict[str, float]:
+    """Return the accuracy of a set of occupied cells, bool ``(X, Y, Z)``.
+
+    iou, tpr, precision, fpr : shares, over all cells. hausdorff_*, hd95_* : greatest and 95th
+    percentile of the distances between the centres of both surfaces' cells, both ways, in
+    cells and millimetres (NaN where one is empty). f_score : harmonic mean of the shares of
+    either surface within one cell of the other. spacing : metres.
+    """
+    both = float((guess & truth).sum())
+    mine, theirs = float(guess.sum()), float(truth.sum())
+    result = {
+        "iou": both / max(mine + theirs - both, 1.0),
+        "tpr": both / max(theirs, 1.0),
+        "precision": both / max(mine, 1.0),
+        "fpr": (mine - both) / max(truth.size - theirs, 1.0),
+    }
+    if not (mine and theirs):
+        lost = {"hausdorff_cells": np.nan, "hd95_cells": np.nan, "f_score": 0.0}
+        return {**result, **lost, "hausdorff_mm": np.nan, "hd95_mm": np.nan}
+    a, b = surface_cells(guess), surface_cells(truth)
+    there, back = cKDTree(b).query(a)[0], cKDTree(a).query(b)[0]
+    hausdorff = float(max(there.max(), back.max()))
+    hd95 = float(max(np.percentile(there, 95), np.percentile(back, 95)))
+    near = [float((d <= 1.0).mean()) for d in (there, back)]
+    result["f_score"] = 2 * near[0] * near[1] / max(sum(near), 1e-9)
+    for name, value in (("hausdorff", hausdorff), ("hd95", hd95)):
+        result[f"{name}_cells"] = value
+        result[f"{name}_mm"] = value * spacing * 1000
+    return result
+
+
+def surface_cells(occupied: np.ndarray) -> np.ndarray:
+    """Return the occupied cells that have an empty neighbour, ``(n, 3)``."""
+    return np.argwhere(occupied & ~binary_erosion(occupied))
+
+
+def velocity_metrics(guess: np.ndarray, truth: np.ndarray, occupied: np.ndarray) -> dict[str, float]:
+    """Return the velocity's error over the truly occupied cells dilated by one.
+
+    velocity_error : mean length of the difference over the mean speed. angle_deg : mean angle
+    weighted by speed. guess, truth : ``(3, X, Y, Z)``.
+    """
+    where = binary_dilation(occupied) & truth.any(axis=0)
+    u, v = guess[:, where], truth[:, where]
+    speed, other = np.linalg.norm(v, axis=0), np.linalg.norm(u, axis=0)
+    cosine = (u * v).sum(axis=0) / np.maximum(speed * other, 1e-9)
+    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return {
+        "velocity_error": float(np.linalg.norm(u - v, axis=0).mean() / max(speed.mean(), 1e-9)),
+        "angle_deg": float((angle * speed).sum() / max(speed.sum(), 1e-9)),
+    }
+
+
+def average(rows: list[dict[str, float]]) -> dict[str, float]:
+    """Return the mean of each figure over all rows that have it."""
+    names = {name: None for row in rows for name in row}
+    return {n: float(np.nanmean([row[n] for row in rows if n in row])) for n in names}
