@@ -13,6 +13,7 @@ pressure is its radius over the largest radius in the sketch, so a thicker line 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import bpy
@@ -22,7 +23,7 @@ from mathutils import Matrix
 from ..core.drawing import Drawing
 
 BEZIER, NURBS = 2, 3
-"""Values of the ``curve_type`` attribute; 0 (Catmull-Rom) and 1 (poly) pass through their points."""
+"""Values of the ``curve_type`` attribute; 0 and 1 (Catmull-Rom, poly) run through their points."""
 
 BEZIER_STEPS = 12
 """Straight pieces that a Bezier segment is read as; Blender's own default."""
@@ -100,7 +101,7 @@ def raw_strokes(drawing: Any) -> Iterator[RawStroke]:
     types = read_attribute(drawing, "curve_type")
     offsets = np.empty(len(drawing.curve_offsets), dtype=np.int32)
     drawing.curve_offsets.foreach_get("value", offsets)
-    for number, (first, last) in enumerate(zip(offsets[:-1], offsets[1:], strict=True)):
+    for number, (first, last) in enumerate(pairwise(offsets.tolist())):
         part = slice(first, last)
         left, right = (None if side is None else side[part] for side in handles)
         yield RawStroke(

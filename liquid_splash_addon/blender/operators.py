@@ -59,7 +59,9 @@ class SplashMaker:
         manager.progress_begin(0, 100)
         try:
             request = self.request(context)
-            result = generation.compute(request, lambda _, share: manager.progress_update(100 * share))
+            result = generation.compute(
+                request, lambda _, done: manager.progress_update(100 * done)
+            )
             self.finish(context, request, result)
         except user_errors() as error:
             self.report({"ERROR"}, str(error))
@@ -181,19 +183,25 @@ class SPLASH_OT_regenerate(SplashMaker, bpy.types.Operator):
 
 
 class SPLASH_OT_realign(SplashMaker, bpy.types.Operator):
-    """Find the local frame of the strokes anew and make the splash again.
-    The frame is kept while you edit the strokes, so that the splash does not jump"""
+    """Find the local frame of the strokes anew and make the splash again"""
 
+    bl_description = (
+        "Find the local frame of the strokes anew and make the splash again. The frame is kept "
+        "while you edit the strokes, so that the splash does not jump"
+    )
     bl_idname = "splash.realign"
     bl_label = "Realign"
     realign = True
 
 
 class SPLASH_OT_new_sketch(bpy.types.Operator):
-    """Add a Grease Pencil object at the 3D cursor and start to draw.
-    Strokes lie on a plane through the cursor that faces the view: turn the view, or move the
-    cursor, between strokes to draw in 3D. How fast you draw is how fast the liquid moves"""
+    """Add a Grease Pencil object at the 3D cursor and start to draw"""
 
+    bl_description = (
+        "Add a Grease Pencil object at the 3D cursor and start to draw. Strokes lie on a plane "
+        "through the cursor that faces the view: turn the view, or move the cursor, between "
+        "strokes to draw in 3D. How fast you draw is how fast the liquid moves"
+    )
     bl_idname = "splash.new_sketch"
     bl_label = "New Sketch"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012

@@ -14,7 +14,7 @@ from ..core.settings import SplashSettings
 from . import generation, job, operators
 
 SLIDERS = {"variation", "surface_threshold"}
-PIXELS_A_LETTER = 7.5
+PIXELS_A_LETTER = 6.5
 """Width of a letter of the interface font at scale 1, for wrapping text by hand."""
 
 
@@ -38,12 +38,13 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         layout.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
         main = layout.column()
         main.scale_y = 1.5
-        main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
+        if job.running is None:
+            main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
+        else:  # in the button's place, so that nothing moves
+            main.progress(factor=job.running.fraction, text=f"{job.running.stage} (Esc stops)")
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
-        if job.running is not None:
-            layout.progress(factor=job.running.fraction, text=job.running.stage)
 
 
 class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
@@ -124,9 +125,10 @@ def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "N
     """Draw ``text`` over as many lines as the region's width needs."""
     scale = context.preferences.system.ui_scale
     width = (context.region.width if context.region else 240) / scale
+    letters = max(int((width - 60) / PIXELS_A_LETTER), 20)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(text, max(int((width - 60) / PIXELS_A_LETTER), 20))):
+    for number, line in enumerate(textwrap.wrap(text, letters)):
         column.label(text=line, icon=icon if number == 0 else "NONE")
 
 
