@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the weights. The commands, in order::
 
-    python -m training.simulate --scenes N --out DATA     liquid -> frames
-    python -m training.prepare DATA                       frames -> streamlines
-    python -m training.train DATA --out RUN               streamlines and frames -> checkpoints
-    python -m training.evaluate DATA --checkpoint RUN     figures on scenes never trained on
-    python -m training.export RUN                         the add-on's weights
+python -m training.simulate --scenes N --out DATA     liquid -> frames
+python -m training.prepare DATA                       frames -> streamlines
+python -m training.train DATA --out RUN               streamlines and frames -> checkpoints
+python -m training.evaluate DATA --checkpoint RUN     figures on scenes never trained on
+python -m training.export RUN                         the add-on's weights
 """

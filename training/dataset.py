@@ -55,7 +55,7 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class Item:
-    """One frame of the data set: scene file, number in it, its streamlines, seconds since impact."""
+    """One frame of the data set: scene file, number, streamlines, seconds since impact."""
 
     scene: Path
     number: int
@@ -115,7 +115,9 @@ def wobble(stroke: Stroke, rng: np.random.Generator) -> Stroke:
     return Stroke(stroke.points + offset, stroke.velocities * max(factor, 0.1))
 
 
-def augmented_frame(frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator) -> LocalFrame:
+def augmented_frame(
+    frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator
+) -> LocalFrame:
     """Return the frame with random signs, and turned in the plane of near-equal axes."""
     points = np.concatenate([frame.points_to_local(s.points.astype(np.float64)) for s in strokes])
     _, _, variances = principal_axes(points)
@@ -203,14 +205,16 @@ def random_crop(
 
 
 def training_sample(item: Item, rng: np.random.Generator, fine: bool, cells: int = 64) -> Sample:
-    """Return a random pair: a crop at full resolution if ``fine``, else the whole box as a draft."""
+    """Return a random pair: a crop at full resolution if ``fine``, else the box as a draft."""
     strokes = draw_strokes(item.lines, rng, STROKES_IN_TRAINING, jitter=True)
     frame = augmented_frame(fit_frame(strokes), strokes, rng)
     grid = random_crop(strokes, frame, cells, rng) if fine else Grid.local(cells)
     return sample_on(item, strokes, frame, grid)
 
 
-def test_sample(item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS) -> tuple[Sample, list[Stroke]]:
+def test_sample(
+    item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS
+) -> tuple[Sample, list[Stroke]]:
     """Return the pair and strokes of an unseen frame, the same at every call."""
     rng = np.random.default_rng([int(item.scene.stem[-6:]), item.number])
     strokes = draw_strokes(item.lines, rng, counts, jitter=False)

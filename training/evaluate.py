@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measure a generator on scenes it was never trained on, beside two baselines.
 
-    python -m training.evaluate DATA --weights FILE --out accuracy.json
+python -m training.evaluate DATA --weights FILE --out accuracy.json
 """
 
 from __future__ import annotations
@@ -69,7 +69,10 @@ def table(results: dict[str, Figures]) -> str:
     lines = ["| grid | model | " + " | ".join(columns) + " |", "|---" * (len(columns) + 2) + "|"]
     for cells, figures in results.items():
         for name, row in figures.items():
-            values = [f"{row[c]:.4f}" if c == "fpr" else f"{row[c]:.3f}" if c in row else "-" for c in columns]
+            values = [
+                f"{row[c]:.4f}" if c == "fpr" else f"{row[c]:.3f}" if c in row else "-"
+                for c in columns
+            ]
             lines.append(f"| {cells}^3 | {name} | " + " | ".join(values) + " |")
     return "\n".join(lines)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turn a checkpoint into the add-on's weights: batch norm and threshold folded, float16.
 
-    python -m training.export RUN --data DATA
+python -m training.export RUN --data DATA
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
     """Write a compressed ``.npz`` aside and rename it into place."""
     aside = path.with_suffix(f".{os.getpid()}.tmp")
     with open(aside, "wb") as file:
-        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+        np.savez_compressed(file, **arrays)
         file.flush()
         os.fsync(file.fileno())
     os.replace(aside, path)

@@ -59,7 +59,12 @@ def sample_losses(output: Tensor, batch: Batch) -> Tensor:
     liquid = (batch.distance < 1).float()
     error = (output[:, 2:] - batch.velocity).abs().sum(1)
     speed = mean(batch.velocity.abs().sum(1), liquid).clamp_min(0.02)
-    return entropy + dice(torch.sigmoid(logit), truth) + shape_error + 0.3 * mean(error, liquid) / speed
+    return (
+        entropy
+        + dice(torch.sigmoid(logit), truth)
+        + shape_error
+        + 0.3 * mean(error, liquid) / speed
+    )
 
 
 def dice(probability: Tensor, truth: Tensor) -> Tensor:

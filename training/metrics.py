@@ -44,7 +44,9 @@ def surface_cells(occupied: np.ndarray) -> np.ndarray:
     return np.argwhere(occupied & ~binary_erosion(occupied))
 
 
-def velocity_metrics(guess: np.ndarray, truth: np.ndarray, occupied: np.ndarray) -> dict[str, float]:
+def velocity_metrics(
+    guess: np.ndarray, truth: np.ndarray, occupied: np.ndarray
+) -> dict[str, float]:
     """Return the velocity's error over the truly occupied cells dilated by one.
 
     velocity_error : mean length of the difference over the mean speed. angle_deg : mean angle

@@ -37,7 +37,7 @@ class Obstacle:
 
     def packed(self) -> tuple[int, float, float, np.ndarray, np.ndarray]:
         """Return what the compiled functions take."""
-        centre, axes = np.float64(self.centre), np.float64(self.axes)
+        centre, axes = np.asarray(self.centre, float), np.asarray(self.axes, float)
         return SHAPES.index(self.shape), float(self.size), float(self.height), centre, axes
 
     def distance(self, points: np.ndarray) -> np.ndarray:

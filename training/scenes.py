@@ -75,9 +75,7 @@ def random_scene(seed: int, resolution: int = LOCAL_CELLS) -> Scene:
     axes = Rotation.random(random_state=rng).as_matrix()
     tilt = np.radians(TILT_DEG) * np.sqrt(rng.random())
     turn = rng.uniform(0, 2 * np.pi)
-    direction = np.array(
-        [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)]
-    )
+    direction = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
     middle = np.full(3, resolution * spacing)
     body = Obstacle(shape, size, height, middle, axes)
     tip = None
@@ -90,9 +88,7 @@ def random_scene(seed: int, resolution: int = LOCAL_CELLS) -> Scene:
     # The streamlet's front, where the splash begins, goes to the middle of the box.
     shift = middle - tip
     body = Obstacle(shape, size, height, middle + shift, axes)
-    return Scene(
-        seed, 2 * resolution, spacing, length, radius, speed, tip + shift, direction, body
-    )
+    return Scene(seed, 2 * resolution, spacing, length, radius, speed, tip + shift, direction, body)
 
 
 def side_direction(direction: np.ndarray, angle: float) -> np.ndarray:

@@ -56,7 +56,9 @@ def simulate(scene: Scene, jitter_seed: int = 0) -> Iterator[Frame]:
         liquid = advance(liquid, world, float(impact + time))
         if share_in_box(liquid, scene) < ENOUGH_INSIDE or count == MOST_FRAMES:
             return
-        occupied = np.unique(np.ravel_multi_index(tuple(liquid.positions.astype(int).T), (world.cells,) * 3))
+        occupied = np.unique(
+            np.ravel_multi_index(tuple(liquid.positions.astype(int).T), (world.cells,) * 3)
+        )
         if kept is None or overlap(kept, occupied) < NEW:
             kept, count = occupied, count + 1
             yield take_frame(liquid, world, scene, float(time))
@@ -89,7 +91,7 @@ def take_frame(liquid: Liquid, world: World, scene: Scene, time: float) -> Frame
     deepen(distance)
     cells, _, faces = flow(liquid, world, dt=0.0, layers=margin)
     velocity = np.zeros((*shape, 3), dtype=np.float32)
-    within = cells.index - start
+    within = cells.coordinates - start
     inside = ((within >= 0) & (within < shape)).all(axis=1)
     velocity[tuple(within[inside].T)] = centre_velocity(cells, faces)[inside] * scene.spacing
     return make_frame(distance, velocity, start, time)

@@ -82,7 +82,7 @@ def flow(
     """
     cells = activate(liquid.positions, (world.cells,) * 3, layers)
     faces, _ = particles_to_faces(liquid.positions, liquid.velocities, liquid.affine, cells)
-    share = open_share(cells.index, world.obstacle)
+    share = open_share(cells.coordinates, world.obstacle)
     valid = valid_faces(cells, share)
     before = faces.copy()
     faces[:, 2] -= world.gravity * dt

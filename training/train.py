@@ -101,7 +101,7 @@ def random_latents(config: NetworkConfig, batch: Batch, generator: torch.Generat
 def best_latents(
     network: SplashNetwork, features: list[Tensor], batch: Batch, tries: list[Tensor]
 ) -> Tensor:
-    """Return, sample by sample, the latent in ``tries`` whose splash is nearest the truth (IMLE)."""
+    """Return for each sample the latent in ``tries`` whose splash is nearest the truth (IMLE)."""
     with torch.no_grad():
         losses = torch.stack([sample_losses(network.decode(features, z), batch) for z in tries])
     best = losses.argmin(0)
@@ -267,7 +267,9 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1, help="processes that prepare samples")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     for item in fields(TrainConfig):
-        parser.add_argument(f"--{item.name.replace('_', '-')}", type=type(item.default), default=item.default)
+        parser.add_argument(
+            f"--{item.name.replace('_', '-')}", type=type(item.default), default=item.default
+        )
     args = parser.parse_args()
     config = TrainConfig(**{item.name: getattr(args, item.name) for item in fields(TrainConfig)})
     torch.set_num_threads(args.threads)

@@ -9,13 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from .grid import LOCAL_SPACING
-from .strokes import Stroke, check_strokes, resampled_points
+from .strokes import Stroke, check_strokes, resample, resampled_points
 
 PROVISIONAL_POINTS = 256
 """Samples across the sketch while its scale, and so the half-cell step, is still unknown."""
 
 DEFINITE_FLOW = 0.05
 """Share of the mean speed from which the mean flow along an axis decides the axis's sign."""
+
+DEFINITE_SKEWNESS = 0.2
+"""Skewness from which it decides, where the flow does not. A sketch drawn symmetric by hand is
+not quite symmetric; its axes must not turn round with every small edit."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +74,9 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     """Return the local frame of ``strokes``.
 
     The origin is the centroid, the axes are the principal axes of the strokes resampled at
-    half a cell. Axes 1 and 2 point along the mean flow (along the skewness where there is
-    none); axis 3 is their cross product.
+    half a cell. Axes 1 and 2 point along the mean flow; where there is none along the skewness,
+    and in symmetric sketches from the strokes drawn first to those drawn last. Axis 3 is their
+    cross product.
 
     real_size : longest side of the strokes' box along these axes, in metres; 0 takes the
     strokes to be in metres already.
@@ -81,12 +86,16 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     check_strokes(strokes)
     points = [stroke.points.astype(np.float64) for stroke in strokes]
     scale = real_size / longest_side(points) if real_size > 0 else 1.0
-    positions, velocities = resampled_points(strokes, LOCAL_SPACING / 2 / scale)
-    centre, axes, _ = principal_axes(positions.astype(np.float64))
-    offsets = (positions - centre) @ axes.T
-    flow = velocities.astype(np.float64) @ axes.T
-    signs = [axis_sign(flow[:, a], np.linalg.norm(flow, axis=1), offsets[:, a]) for a in (0, 1)]
-    first, second = signs[0] * axes[0], signs[1] * axes[1]
+    dense = [resample(stroke, LOCAL_SPACING / 2 / scale) for stroke in strokes]
+    positions = np.concatenate([stroke.points for stroke in dense]).astype(np.float64)
+    velocities = np.concatenate([stroke.velocities for stroke in dense]).astype(np.float64)
+    order = np.repeat(np.arange(len(dense)), [len(stroke.points) for stroke in dense])
+    centre, axes, _ = principal_axes(positions)
+    speed = np.linalg.norm(velocities, axis=1).mean()
+    first, second = (
+        axis_sign(velocities @ axis / max(speed, 1e-30), (positions - centre) @ axis, order) * axis
+        for axis in axes[:2]
+    )
     return Frame(np.stack([first, second, np.cross(first, second)]), centre, scale)
 
 
@@ -112,13 +121,20 @@ def longest_side(polylines: Sequence[np.ndarray]) -> float:
     return float(np.ptp(together @ axes.T, axis=0).max())
 
 
-def axis_sign(flow: np.ndarray, speed: np.ndarray, offsets: np.ndarray) -> float:
-    """Return +1 or -1: the direction of an axis by mean flow, else by skewness.
+def axis_sign(flow: np.ndarray, offsets: np.ndarray, order: np.ndarray) -> float:
+    """Return +1 or -1, the direction of an axis; the first definite sign of those below decides.
 
-    flow, speed, offsets : ``(n,)``, velocity along the axis, speed, position along the axis.
+    flow : ``(n,)``, velocity along the axis over the mean speed; offsets : ``(n,)``, position
+    along it, mean zero; order : ``(n,)``, number of the stroke that each point belongs to.
     """
-    mean = flow.mean()
-    if abs(mean) > DEFINITE_FLOW * speed.mean():
-        return float(np.sign(mean))
-    skewness = (offsets**3).mean()
-    return -1.0 if skewness < 0 else 1.0
+    spread = max(float(offsets.std()), 1e-30)
+    late = (order - order.mean()) / max(float(order.std()), 1e-30)
+    candidates = (
+        (flow.mean(), DEFINITE_FLOW),
+        ((offsets**3).mean() / spread**3, DEFINITE_SKEWNESS),
+        ((offsets * late).mean() / spread, 0.0),
+    )
+    for value, definite in candidates:
+        if abs(value) > definite:
+            return float(np.sign(value))
+    return 1.0

@@ -12,7 +12,7 @@ from .alignment import longest_side
 from .settings import SplashSettings
 from .strokes import Stroke, StrokeError, arc_length
 
-VELOCITY_WINDOW = 0.045
+VELOCITY_WINDOW = 0.06
 """Seconds over which speed is estimated. Recorded times jitter by an event or two (11-45 ms)."""
 
 

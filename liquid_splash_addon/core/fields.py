@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class Fields:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Fields:
-        """Return the fields stored by :meth:`to_bytes`; ValueError if ``data`` is something else."""
+        """Return the fields stored by :meth:`to_bytes`; ValueError if ``data`` is no such thing."""
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
@@ -67,7 +68,7 @@ class Fields:
             spacing, *origin = (float(value) for value in arrays["placing"])
             count = int(np.prod(shape))
             near = np.unpackbits(arrays["near"], count=count).astype(bool).reshape(shape)
-        except (ValueError, KeyError, OSError) as error:
+        except (ValueError, KeyError, EOFError, OSError, BadZipFile) as error:
             raise ValueError("these bytes are no stored splash: generate it again") from error
         distance = np.full(shape, AIR, dtype=np.float32)
         distance[near] = arrays["distance"]

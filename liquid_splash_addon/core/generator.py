@@ -81,9 +81,7 @@ class Generator:
         return output
 
 
-def settle(
-    occupancy: np.ndarray, distance: np.ndarray, velocity: np.ndarray, grid: Grid
-) -> Fields:
+def settle(occupancy: np.ndarray, distance: np.ndarray, velocity: np.ndarray, grid: Grid) -> Fields:
     """Return Fields whose parts agree: occupancy decides where liquid is.
 
     The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both

@@ -41,8 +41,8 @@ def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
         nothing = np.zeros((0, 3), dtype=np.float32)
         return Mesh(nothing, np.zeros((0, 3), dtype=np.int32), nothing)
     # marching_cubes puts vertex coordinates at array indices: cell centres, one cell padded on.
-    # With the liquid below the level, "ascent" turns the normals outward.
-    vertices, faces, _, _ = marching_cubes(padded, 0.0, gradient_direction="ascent")
+    # "descent" because the liquid lies below the level: normals then point outward.
+    vertices, faces, _, _ = marching_cubes(padded, 0.0, gradient_direction="descent")
     cells = vertices - 0.5
     velocities = sample_field(fields.velocity, cells)
     points = fields.grid.to_metres(cells).astype(np.float32)
@@ -72,4 +72,3 @@ def sample_field(field: np.ndarray, cells: np.ndarray) -> np.ndarray:
     where = (cells - 0.5).T
     columns = [map_coordinates(part, where, order=1, mode="nearest") for part in field]
     return np.stack(columns, axis=1).astype(np.float32)
-

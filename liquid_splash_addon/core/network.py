@@ -49,7 +49,7 @@ class ResidualBlock(nn.Module):
         self.first = convolution(width, width, 3, 1, norm)
         self.second = convolution(width, width, 3, 1, norm)
 
-    def forward(self, x: Tensor) -> Tensor:  # noqa: D102
+    def forward(self, x: Tensor) -> Tensor:
         return F.relu(x + self.second(F.relu(self.first(x))))
 
 
@@ -61,7 +61,7 @@ class Modulation(nn.Module):
         self.scale = nn.Conv3d(latent, width, 1, bias=False)
         self.shift = nn.Conv3d(latent, width, 1, bias=False)
 
-    def forward(self, x: Tensor, latent: Tensor) -> Tensor:  # noqa: D102
+    def forward(self, x: Tensor, latent: Tensor) -> Tensor:
         return x * (1 + self.scale(latent)) + self.shift(latent)
 
 
@@ -153,6 +153,6 @@ def fold_norm(network: SplashNetwork) -> SplashNetwork:
             norm = source.get(f"{name.rpartition('.')[0]}.1")
             original = source[name]
             if isinstance(norm, nn.BatchNorm3d) and name.endswith(".0"):
-                original = fuse_conv_bn_eval(original, norm)  # type: ignore[type-var]
+                original = fuse_conv_bn_eval(original, norm)
             module.load_state_dict(original.state_dict())
     return folded

@@ -27,7 +27,7 @@ Report = Callable[[str, float], None]
 """Called between stages with what comes next and the share done, 0..1; may raise Cancelled."""
 
 
-class Cancelled(Exception):
+class Cancelled(Exception):  # noqa: N818 (not an error: the user wished it)
     """Raised by a report to stop the pipeline; nothing has changed."""
 
 

@@ -15,9 +15,7 @@ def setting(default: Any, label: str, description: str, **limits: Any) -> Any:
     limits : ``low``, ``high`` (hard limits), ``items`` ((identifier, label, description), ...)
     or ``unit`` (a Blender unit name such as 'LENGTH').
     """
-    return field(
-        default=default, metadata={"label": label, "description": description, **limits}
-    )
+    return field(default=default, metadata={"label": label, "description": description, **limits})
 
 
 @dataclass(frozen=True)

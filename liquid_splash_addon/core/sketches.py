@@ -17,7 +17,7 @@ HAND_SPEED = 4.0
 
 
 def draw(path: np.ndarray, speed: float = HAND_SPEED) -> Drawing:
-    """Return the stroke along ``path`` ``(n, 3)`` (Blender units), drawn at a constant ``speed``."""
+    """Return the stroke along ``path`` ``(n, 3)``, Blender units, at a constant ``speed``."""
     from .strokes import arc_length
 
     return Drawing(path, arc_length(path) / speed, np.ones(len(path)))

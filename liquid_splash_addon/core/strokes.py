@@ -89,7 +89,7 @@ def resample(stroke: Stroke, step: float) -> Stroke:
 
 
 def resampled_points(strokes: Sequence[Stroke], step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and velocities, float32 ``(n, 3)`` each, of all strokes resampled at ``step``."""
+    """Return points and velocities, float32 ``(n, 3)``, of all strokes resampled at ``step``."""
     dense = [resample(stroke, step) for stroke in strokes]
     points = np.concatenate([stroke.points for stroke in dense])
     return points, np.concatenate([stroke.velocities for stroke in dense])

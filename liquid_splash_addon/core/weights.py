@@ -110,7 +110,10 @@ def build(data: bytes, header: dict[str, Any], path: Path, device: str) -> Gener
     from .generator import Generator
     from .network import NetworkConfig, SplashNetwork
 
-    shape = {k: tuple(v) if isinstance(v, list) else v for k, v in header["network"].items()}
+    shape: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in header["network"].items()
+    }
     try:
         network = SplashNetwork(NetworkConfig(**shape))
         tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}

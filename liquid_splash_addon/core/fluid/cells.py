@@ -19,14 +19,14 @@ class Cells(NamedTuple):
     ----------
     table : int32 ``(BX, BY, BZ)``, row of ``leaves`` of each block, -1 where none is active
     leaves : int32 ``(blocks, 8, 8, 8)``, number of each cell, -1 where it is not active
-    index : int32 ``(n, 3)``, position of each active cell in the box
+    coordinates : int32 ``(n, 3)``, position of each active cell in the box
     neighbours : int32 ``(n, 6)``, numbers of the cells at -x, +x, -y, +y, -z, +z; -1 if inactive
     liquid : how many cells hold liquid
     """
 
     table: np.ndarray
     leaves: np.ndarray
-    index: np.ndarray
+    coordinates: np.ndarray
     neighbours: np.ndarray
     liquid: int
 

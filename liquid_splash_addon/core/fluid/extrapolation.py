@@ -15,7 +15,7 @@ def valid_faces(cells: Cells, open_share: np.ndarray) -> np.ndarray:
     open_share : ``(cells, 3)``, the part of each face that is not solid, 0..1.
     """
     below = cells.neighbours[:, [0, 2, 4]]
-    own = np.arange(len(cells.index)) < cells.liquid
+    own = np.arange(len(cells.coordinates)) < cells.liquid
     touches = own[:, None] | ((below >= 0) & (below < cells.liquid))
     return touches & (open_share > 0)
 

@@ -35,7 +35,9 @@ def project(
     pinned = diagonal <= 0
     pressure = np.zeros(liquid, dtype=np.float32)
     for _ in range(1 + SEPARATION_PASSES):
-        _solve(coefficients, diagonal, cells.neighbours, divergence, pinned, pressure, rtol, maxiter)
+        _solve(
+            coefficients, diagonal, cells.neighbours, divergence, pinned, pressure, rtol, maxiter
+        )
         pulled = walled & (pressure < 0) & ~pinned
         if not pulled.any():
             break
@@ -99,17 +101,15 @@ def _multiply(coefficients, diagonal, neighbours, pinned, x, out):
 
 @njit(cache=True, fastmath=True)
 def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
-    """Solve A x = rhs by preconditioned conjugate gradients, from the given x; x = 0 where pinned."""
+    """Solve A x = rhs by preconditioned conjugate gradients from the given x; 0 where pinned."""
     count = len(x)
     r = np.zeros(count, dtype=np.float32)
     z, d, q = np.zeros_like(r), np.zeros_like(r), np.zeros_like(r)
-    target = 0.0
+    target = 1e-20
     for c in range(count):
+        target += rtol * rtol * rhs[c] * rhs[c]
         if pinned[c]:
             x[c] = 0.0
-        else:
-            target += rhs[c] * rhs[c]
-    target *= rtol * rtol
     _multiply(coefficients, diagonal, neighbours, pinned, x, q)
     rz, rr = 0.0, 0.0
     for c in range(count):
@@ -121,7 +121,12 @@ def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
             rr += r[c] * r[c]
     iteration = 0
     while rr > target and iteration < maxiter:
-        alpha = rz / _multiply(coefficients, diagonal, neighbours, pinned, d, q)
+        curvature = _multiply(coefficients, diagonal, neighbours, pinned, d, q)
+        if (
+            curvature <= 0 or rz <= 0
+        ):  # rounding has eaten the direction: this is as good as it gets
+            break
+        alpha = rz / curvature
         new, rr = 0.0, 0.0
         for c in range(count):
             if not pinned[c]:

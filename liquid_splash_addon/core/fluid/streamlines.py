@@ -147,12 +147,15 @@ def _comes_back(room, count, position):
 
 
 def hausdorff(lines: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the symmetric Hausdorff distances between lines ``(m, 3+)``, condensed ``(n(n-1)/2,)``.
+    """Return symmetric Hausdorff distances between lines ``(m, 3+)``, condensed ``(n(n-1)/2,)``.
 
     Each line is thinned to CLUSTER_POINTS points first.
     """
     thin = np.stack(
-        [line[np.linspace(0, len(line) - 1, CLUSTER_POINTS).round().astype(int), :3] for line in lines]
+        [
+            line[np.linspace(0, len(line) - 1, CLUSTER_POINTS).round().astype(int), :3]
+            for line in lines
+        ]
     ).astype(np.float32)
     return _hausdorff(thin)
 

@@ -19,7 +19,7 @@ def particles_to_faces(
     positions ``(n, 3)``, velocities ``(n, 3)``, affine C ``(n, 3, 3)`` (1/s; zeros for pure
     FLIP), float32, sorted by cell for speed.
     """
-    faces = np.zeros((len(cells.index), 3), dtype=np.float32)
+    faces = np.zeros((len(cells.coordinates), 3), dtype=np.float32)
     weights = np.zeros_like(faces)
     _scatter(positions, velocities, affine, cells.table, cells.leaves, faces, weights)
     np.divide(faces, weights, out=faces, where=weights > 0)

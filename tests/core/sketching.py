@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes that several tests draw."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from liquid_splash_addon.core.strokes import Stroke
+
+
+def line(start, stop, speed=1.0, points=20) -> Stroke:
+    """Return a straight stroke drawn at constant speed."""
+    start, stop = np.asarray(start, float), np.asarray(stop, float)
+    direction = (stop - start) / np.linalg.norm(stop - start)
+    path = start + np.linspace(0, 1, points)[:, None] * (stop - start)
+    return Stroke(path, np.tile(speed * direction, (points, 1)))
+
+
+def fan(count=7, length=0.2) -> list[Stroke]:
+    """Return strokes that leave the origin along +x, fanned out in y and a little in z.
+
+    Three clearly different variances and a clear mean flow: the frame is unambiguous.
+    """
+    strokes = []
+    for n in range(count):
+        angle = 0.3 * (n / (count - 1) - 0.5) * 2
+        tip = length * np.array([np.cos(angle), np.sin(angle), 0.1 * np.sin(3 * n)])
+        strokes.append(line((0.0, 0.006 * n, 0.0), (*tip, 0.0, 0.006 * n, 0.0), speed=2.0))
+    return strokes
+
+
+def moved(strokes, rotation, shift) -> list[Stroke]:
+    """Return the strokes turned by ``rotation`` and moved by ``shift``."""
+    return [Stroke(s.points @ rotation.T + shift, s.velocities @ rotation.T) for s in strokes]

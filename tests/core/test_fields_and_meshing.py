@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ball's fields, stored and meshed."""
+
+import numpy as np
+import pytest
+
+from liquid_splash_addon.core.fields import AIR, Fields
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.meshing import surface
+
+GRID = Grid((32, 32, 32), 0.01, (-0.16, -0.16, -0.16))
+RADIUS = 0.1
+
+
+def ball(centre=(0.0, 0.0, 0.0)) -> Fields:
+    """Return a ball of RADIUS, its velocity that of a rotation about z at 3 rad/s."""
+    points = GRID.centres() - np.asarray(centre, np.float32)
+    distance = (np.linalg.norm(points, axis=-1) - RADIUS) / GRID.spacing
+    velocity = 3 * np.stack([-points[..., 1], points[..., 0], 0 * points[..., 0]])
+    occupancy = 1 / (1 + np.exp(2 * distance))
+    clipped = np.clip(distance, -AIR, AIR).astype(np.float32)
+    return Fields(occupancy.astype(np.float32), clipped, velocity.astype(np.float32), GRID)
+
+
+def signed_volume(mesh):
+    """Return the volume by the divergence theorem: positive if normals point outward."""
+    a, b, c = (mesh.vertices[mesh.faces[:, n]].astype(float) for n in range(3))
+    return (np.cross(a, b) * c).sum() / 6
+
+
+def is_closed(mesh):
+    """Tell whether every edge has two faces that run along it in opposite directions."""
+    edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+    forward = {tuple(edge) for edge in edges.tolist()}
+    return len(forward) == len(edges) and all((b, a) in forward for a, b in forward)
+
+
+def test_the_surface_lies_on_the_ball():
+    mesh = surface(ball())
+    radius = np.linalg.norm(mesh.vertices, axis=1)
+    assert np.abs(radius - RADIUS).max() < 0.05 * GRID.spacing
+    assert signed_volume(mesh) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.01)
+    assert is_closed(mesh)
+
+
+def test_velocity_is_that_of_the_field():
+    mesh = surface(ball())
+    expected = 3 * np.stack([-mesh.vertices[:, 1], mesh.vertices[:, 0], 0 * mesh.vertices[:, 0]], 1)
+    assert np.abs(mesh.velocities - expected).max() < 1e-3
+
+
+def test_liquid_at_the_wall_is_closed():
+    mesh = surface(ball(centre=(0.16, 0, 0)))
+    assert is_closed(mesh)
+    assert signed_volume(mesh) > 0
+
+
+@pytest.mark.parametrize(("threshold", "grows"), [(0.3, True), (0.7, False)])
+def test_threshold_moves_the_surface(threshold, grows):
+    volume = signed_volume(surface(ball(), threshold))
+    assert (volume > signed_volume(surface(ball()))) == grows
+
+
+def test_no_liquid_is_an_empty_mesh():
+    cells = (8, 8, 8)
+    nothing = np.zeros(cells, np.float32)
+    still = np.zeros((3, *cells), np.float32)
+    air = Fields(nothing, nothing + np.float32(AIR), still, Grid(cells, 1.0, (0.0, 0.0, 0.0)))
+    assert len(surface(air).faces) == 0
+
+
+def test_stored_fields_come_back():
+    fields = ball()
+    again = Fields.from_bytes(fields.to_bytes())
+    assert again.grid == fields.grid
+    near = fields.distance < AIR
+    assert np.abs(again.distance - fields.distance).max() < 2e-3
+    assert np.abs(again.velocity - fields.velocity)[:, near].max() < 2e-3
+    assert np.abs(again.occupancy - fields.occupancy).max() <= 0.5 / 255 + 1e-6
+
+
+@pytest.mark.parametrize("data", [b"", b"nonsense", ball().to_bytes()[:1000]])
+def test_foreign_bytes_are_refused(data):
+    with pytest.raises(ValueError, match="generate it again"):
+        Fields.from_bytes(data)
+
+
+def test_phi_is_half_at_the_surface():
+    fields = ball()
+    assert fields.phi.min() >= 0 and fields.phi.max() <= 1
+    assert ((fields.phi > 0.5) == (fields.distance < 0)).all()

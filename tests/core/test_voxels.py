@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes on a grid."""
+
+import numpy as np
+import pytest
+
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.voxels import clamp_speed, outside_share, rasterize
+
+from .sketching import line
+
+GRID = Grid((16, 16, 16), 0.1, (0.0, 0.0, 0.0))
+
+
+def test_an_axis_line_crosses_a_row_of_cells():
+    condition = rasterize([line((0.25, 0.55, 0.85), (1.25, 0.55, 0.85), speed=3.0)], GRID)
+    expected = np.zeros(GRID.shape, bool)
+    expected[2:13, 5, 8] = True
+    assert ((condition[0] > 0) == expected).all()
+    assert np.allclose(condition[1][expected], 3.0)
+    assert not condition[:, ~expected].any()
+
+
+def test_crossing_strokes_are_averaged():
+    strokes = [
+        line((0.05, 0.55, 0.55), (1.05, 0.55, 0.55), 2.0, points=41),
+        line((0.55, 0.05, 0.55), (0.55, 1.05, 0.55), 2.0, points=41),
+    ]
+    assert rasterize(strokes, GRID)[1:, 5, 5, 5] == pytest.approx([1.0, 1.0, 0.0], abs=1e-5)
+
+
+def test_direction_of_sampling_does_not_matter():
+    forward = line((0.11, 0.22, 0.33), (1.37, 1.22, 0.91), 1.0)
+    few = line((0.11, 0.22, 0.33), (1.37, 1.22, 0.91), 1.0, points=2)
+    assert (rasterize([forward], GRID)[0] == rasterize([few], GRID)[0]).mean() > 0.999
+
+
+def test_outside_is_left_out_and_measured():
+    stroke = line((0.85, 0.5, 0.5), (2.45, 0.5, 0.5))
+    assert outside_share([stroke], GRID) == pytest.approx(0.5, abs=0.05)
+    assert rasterize([stroke], GRID)[0].sum() == 8
+
+
+def test_clamping_keeps_directions():
+    condition = rasterize([line((0.1, 0.1, 0.1), (1.2, 1.0, 0.8), 9.0)], GRID)
+    clamped = clamp_speed(condition, 3.0)
+    speed = np.linalg.norm(clamped[1:], axis=0)
+    assert speed.max() == pytest.approx(3.0, rel=1e-5)
+    assert np.allclose(np.cross(clamped[1:], condition[1:], axis=0), 0, atol=1e-4)
+    assert (clamp_speed(condition, 10.0) == condition).all()
