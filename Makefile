@@ -21,14 +21,14 @@ help: ## list the targets
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
 	$(VENV_PYTHON) docs/make_demo.py --out out
 
-test: lint ## every check: lint, types, and the tests in three Pythons
+test: lint ## every check: lint, types, and the tests in plain Python, the bpy module and Blender
 	tests/every_way.sh $(TEST_ARGS)
 
-test-slow: lint ## the tests that `make test` has no time for, and Blender 5.0's module
-	tests/every_way.sh --slow $(TEST_ARGS)
+test-slow: lint ## the tests that `make test` has no time for
+	tests/every_way.sh -m slow $(TEST_ARGS)
 
 bench: $(INSTALLED) ## benchmarks: out/bench.json
-	$(VENV_PYTHON) tests/benchmarks/bench.py --out out/bench.json
+	$(VENV_PYTHON) -m tests.benchmarks.bench --out out/bench.json
 
 lint: $(INSTALLED) ## formatting, style, types
 	$(VENV_PYTHON) -m ruff format --check .

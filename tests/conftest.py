@@ -18,6 +18,16 @@ HAS_BPY = importlib.util.find_spec("bpy") is not None
 collect_ignore = [] if HAS_BPY else ["blender"]
 
 
+def pytest_report_header() -> str:
+    """Say at the top of the run which Blender it is."""
+    if not HAS_BPY:
+        return "Blender: none, tests/blender is left out"
+    import bpy
+
+    kind = "Python module" if bpy.app.module else "program"
+    return f"Blender: {bpy.app.version_string}, {kind}"
+
+
 @pytest.fixture(autouse=HAS_BPY)
 def empty_scene() -> Iterator[None]:
     """Begin every test with a new, empty file, whatever the one before it left behind."""

@@ -90,10 +90,12 @@ install_packages() {
 }
 
 main() {
+    # Running it needs these two as much as making it.
+    [ "$(id -u)" = 0 ] || unavailable "that needs root"
+    unshare --mount true 2>/dev/null || unavailable "this system allows no mounts, not even private ones"
     if is_ready; then
         return
     fi
-    [ "$(id -u)" = 0 ] || unavailable "that needs root"
     command -v apt-get >/dev/null || unavailable "that needs a Debian-like system"
     mkdir -p "$folder"
     exec 9>"$folder/lock"

@@ -21,8 +21,6 @@ def run(command: list[str | Path], folder: Path, **environment: str) -> str:
     resources = folder / "resources"
     resources.mkdir(exist_ok=True)
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources), **environment}
-    # The checkout must not be importable: the extension has to do without it.
-    environment.pop("PYTHONPATH", None)
     result = subprocess.run(
         command,
         cwd=folder,
