@@ -123,7 +123,7 @@ def install_command() -> str:
 
 def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
     """Draw ``text`` over as many lines as the region's width needs."""
-    scale = context.preferences.system.ui_scale
+    scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
     width = (context.region.width if context.region else 240) / scale
     letters = max(int((width - 60) / PIXELS_A_LETTER), 20)
     column = layout.column(align=True)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panels draw in every situation, and say what they should."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+import pytest
+
+from liquid_splash_addon.blender import job
+from liquid_splash_addon.blender.panels import (
+    SPLASH_PT_info,
+    SPLASH_PT_main,
+    SPLASH_PT_settings,
+    install_command,
+)
+from tests.blender.sketching import add_sketch, fan, generate
+
+
+class Recorder:
+    """Stands in for a layout and keeps the texts, operators and properties it was given."""
+
+    def __init__(self, said: list[str]) -> None:
+        self.__dict__["said"] = said
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Take any setting of a layout."""
+
+    def __getattr__(self, name: str) -> Any:
+        def call(*args: Any, **options: Any) -> "Recorder":
+            self.said.extend(str(value) for value in (*args, options.get("text", "")) if value)
+            return Recorder(self.said)
+
+        return call
+
+
+def drawn(panel: Any) -> str:
+    """Return all that ``panel`` shows now, in one line."""
+    said: list[str] = []
+    panel.draw(SimpleNamespace(layout=Recorder(said)), bpy.context)
+    return " ".join(said)
+
+
+def test_the_buttons_are_there():
+    said = drawn(SPLASH_PT_main)
+    for name in ("new_sketch", "generate", "regenerate", "realign"):
+        assert f"splash.{name}" in said
+
+
+def test_settings_are_those_of_the_scene_then_those_of_the_splash(tubes):
+    assert "For new splashes" in drawn(SPLASH_PT_settings)
+    assert not SPLASH_PT_info.poll(bpy.context)
+    sketch = add_sketch(fan())
+    splash = generate()
+    for active in (splash, sketch):
+        bpy.context.view_layer.objects.active = active
+        assert splash.name in drawn(SPLASH_PT_settings)
+        assert SPLASH_PT_info.poll(bpy.context)
+        assert "faces in" in drawn(SPLASH_PT_info)
+
+
+def test_progress_takes_the_place_of_the_button(monkeypatch):
+    running = SimpleNamespace(stage="Generating", fraction=0.5)
+    monkeypatch.setattr(job, "running", running)
+    said = drawn(SPLASH_PT_main)
+    assert "Generating (Esc stops)" in said and "splash.generate" not in said
+    with pytest.raises(RuntimeError, match="press Esc"):
+        bpy.ops.splash.generate()
+
+
+def test_the_install_command_is_for_this_blender():
+    assert "pip install" in install_command() and install_command().endswith("torch")

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bundled weights, on the example sketches, through the button."""
+
+import numpy as np
+import pytest
+from mathutils import Vector
+from scipy.spatial import cKDTree
+
+from liquid_splash_addon.blender.generation import frame_from_text
+from liquid_splash_addon.core.drawing import strokes_from_drawings
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
+from liquid_splash_addon.core.strokes import resample
+from tests.blender.sketching import add_sketch, generate, vertices
+
+RESOLUTIONS = ("64", "128")
+
+
+@pytest.mark.parametrize("resolution", RESOLUTIONS)
+@pytest.mark.parametrize("name", SKETCHES)
+def test_velocity_at_the_strokes_is_the_drawn_one(name, resolution):
+    """Gain times the drawn velocity, in object space, at the surface nearest to each stroke."""
+    add_sketch(example_sketch(name))
+    splash = generate(resolution=resolution)
+    settings = SplashSettings()
+    strokes, _ = strokes_from_drawings(example_sketch(name), settings)
+    dense = [resample(stroke, 0.02) for stroke in strokes]
+    drawn = settings.speed_gain * np.concatenate([stroke.velocities for stroke in dense])
+    _, nearest = cKDTree(vertices(splash)).query(np.concatenate([s.points for s in dense]))
+    found = vertices(splash, "velocity")[nearest]
+    sizes = [np.linalg.norm(velocity, axis=1) for velocity in (drawn, found)]
+    cosine = (drawn * found).sum(axis=1) / np.maximum(sizes[0] * sizes[1], 1e-9)
+    assert abs(np.median(sizes[1]) / np.median(sizes[0]) - 1) < 0.3
+    assert cosine.mean() > 0.7
+
+
+@pytest.mark.parametrize("name", SKETCHES)
+def test_the_splash_follows_the_strokes(name):
+    """Most of the strokes lie in the liquid, or within two cells of it."""
+    add_sketch(example_sketch(name))
+    splash = generate(resolution="128")
+    cell = Grid.local().spacing / frame_from_text(splash.splash.frame).scale
+    points = np.concatenate([drawing.points for drawing in example_sketch(name)])
+    near = []
+    for point in points:
+        _, surface, normal, _ = splash.closest_point_on_mesh(point)
+        offset = Vector(point) - surface
+        near.append(offset.dot(normal) < 0 or offset.length < 2 * cell)
+    assert np.mean(near) > 0.8
