@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A toy data set, simulated once a test session by the real commands."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from training import prepare, simulate
+
+
+@pytest.fixture(scope="session")
+def run_command() -> Callable[..., int]:
+    """Return a function that runs a command's main() with arguments, in this process."""
+
+    def run(main: Callable[[], int], *arguments: object) -> int:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("sys.argv", ["command", *map(str, arguments)])
+            return main()
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def toy_data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a data set of one scene each for training, validation and tests, at 32 cells."""
+    from training.dataset import split_of
+
+    data = tmp_path_factory.mktemp("data")
+    wanted, seed = {"train", "validation", "test"}, 0
+    while wanted:
+        if split_of(seed) in wanted:
+            simulate.run_scene(seed, 32, data)
+            _, kept = prepare.prepare_scene(simulate.scene_path(data, seed))
+            if kept:
+                wanted.remove(split_of(seed))
+        seed += 1
+    return data
