@@ -17,6 +17,7 @@ from training.dataset import (
     condition_of,
     draw_strokes,
     load_items,
+    sample_on,
     split_of,
     test_sample,
     training_sample,
@@ -109,8 +110,6 @@ def test_distance_does_not_depend_on_the_frame(toy_data: Path):
     volumes = []
     for _ in range(3):
         frame = augmented_frame(fit_frame(strokes), strokes, rng)
-        from training.dataset import sample_on
-
         volumes.append((sample_on(item, strokes, frame, Grid.local(64)).distance < 0).sum())
     assert np.ptp(volumes) < 0.1 * np.mean(volumes)
 

@@ -87,8 +87,8 @@ def test_free_flight_is_a_parabola():
     assert len(later.positions) == len(liquid.positions)
     travelled = (later.positions.mean(0) - liquid.positions.mean(0)) * scene.spacing
     expected = scene.direction * scene.speed * 0.03 - np.array([0, 0, 9.81]) * 0.03**2 / 2
-    # Symplectic Euler in time: half a step of gravity more.
-    assert travelled == pytest.approx(expected, abs=6e-4)
+    # Symplectic Euler falls half a step's gravity too far; the coarse cells make steps of 15 ms.
+    assert travelled == pytest.approx(expected, abs=9.81 * 0.03 * 0.015 / 2 * 1.1)
     speed = later.velocities.mean(0) * scene.spacing
     expected = scene.direction * scene.speed - np.array([0, 0, 9.81]) * 0.03
     assert speed == pytest.approx(expected, abs=2e-3)
