@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by test_window.py in a Blender with a window: the buttons as a user presses them.
+
+Steps are a generator that yields conditions; a timer resumes it once the condition holds, so
+that Blender's main loop, and with it the modal operators, goes on between them.
+"""
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import bpy
+
+import liquid_splash_addon
+from liquid_splash_addon.blender import generators, job
+from tests.blender.sketching import TubeGenerator, add_sketch, fan, splashes
+
+PATIENCE = 60.0
+"""Seconds until a condition that does not come true is a failure."""
+
+Condition = Callable[[], bool]
+
+
+class SlowGenerator(TubeGenerator):
+    """Takes long enough to be interrupted."""
+
+    seconds = 0.0
+
+    def generate(self, *inputs, **options):
+        time.sleep(self.seconds)
+        return super().generate(*inputs, **options)
+
+
+GENERATOR = SlowGenerator()
+
+
+def press(name: str) -> set[str]:
+    """Run an operator as its button does, in the 3D viewport."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        space, operator = name.split(".")
+        return getattr(getattr(bpy.ops, space), operator)("INVOKE_DEFAULT")
+
+
+def key(kind: str) -> None:
+    """Press and release a key over the 3D viewport."""
+    window = bpy.context.window_manager.windows[0]
+    x, y = window.width // 3, window.height // 2
+    window.event_simulate("MOUSEMOVE", "NOTHING", x=x, y=y)
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(kind, value, x=x, y=y)
+
+
+def idle() -> bool:
+    return job.running is None
+
+
+def draw() -> bpy.types.Object:
+    """Return a new sketch, in an otherwise empty file, as an undo step of its own."""
+    bpy.context.scene.splash.settings.resolution = "64"
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    sketch = add_sketch(fan())
+    bpy.ops.ed.undo_push(message="Sketch")
+    return sketch
+
+
+def steps() -> Iterator[Condition]:
+    """Check the buttons; every yield lets Blender run until the condition holds."""
+    draw()
+    GENERATOR.seconds = 1.0
+    assert press("splash.generate") == {"RUNNING_MODAL"}
+    assert not idle() and not splashes(), "Blender stays usable meanwhile"
+    yield idle
+    assert len(splashes()) == 1
+    last = bpy.context.window_manager.operators[-1]
+    assert last.bl_idname == "SPLASH_OT_generate", "the redo panel shows it"
+    assert last.properties.resolution == "64", "with the settings that were used"
+    press("ed.undo")
+    assert not splashes() and len(bpy.context.scene.objects) == 1, "one undo step"
+    press("ed.redo")
+    assert len(splashes()) == 1
+
+    for mode in ("PAINT_GREASE_PENCIL", "EDIT"):
+        sketch = draw()
+        bpy.ops.object.mode_set(mode=mode)
+        bpy.ops.ed.undo_push(message="Mode")
+        press("splash.generate")
+        yield idle
+        assert len(splashes()) == 1 and bpy.context.active_object.mode == mode
+        press("ed.undo")
+        assert not splashes() and bpy.context.active_object.mode == mode
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    draw()
+    press("splash.generate")
+    key("ESC")
+    yield lambda: idle() or job.running.is_stopping
+    yield idle
+    assert not splashes(), "Esc leaves nothing"
+
+    sketch = draw()
+    press("splash.generate")
+    bpy.data.objects.remove(sketch)
+    yield idle
+    assert not splashes(), "a sketch that was deleted meanwhile"
+
+    draw()
+    press("splash.generate")
+    yield idle
+    (splash,) = splashes()
+    before, mesh = len(splash.data.vertices), splash.data
+    splash.splash.settings.real_size = 0.15
+    press("splash.regenerate")
+    yield idle
+    assert splash.data == mesh and len(mesh.vertices) != before
+    press("ed.undo")
+    assert len(splashes()[0].data.vertices) == before
+
+    press("splash.generate")
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield idle
+    assert not splashes(), "another file was opened meanwhile"
+
+
+def run(script: Iterator[Condition]) -> Callable[[], float | None]:
+    """Return a timer callback that takes ``script`` through its steps, then ends Blender."""
+    condition: Condition = lambda: True  # noqa: E731
+    since = time.monotonic()
+
+    def resume() -> float | None:
+        nonlocal condition, since
+        try:
+            if condition():
+                condition, since = next(script), time.monotonic()
+            assert time.monotonic() - since < PATIENCE, "nothing happens"
+        except StopIteration:
+            print("window: works", flush=True)
+            os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            sys.stderr.flush()
+            os._exit(1)
+        return 0.1
+
+    return resume
+
+
+if __name__ == "__main__":
+    liquid_splash_addon.register()
+    generators.get = lambda path, device: GENERATOR
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(run(steps()), first_interval=1.0, persistent=True)
