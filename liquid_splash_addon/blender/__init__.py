@@ -8,6 +8,7 @@
     material       the shared water material
     generation     one run: snapshot the scene, compute (no bpy, any thread), write the result
     job            a run in a worker thread, with progress and cancelling
+    dependencies   packages that Blender does not bring along, and how to install them
     generators     loaded weights, kept until the add-on goes
     properties, preferences, operators, panels   what Blender registers
 """

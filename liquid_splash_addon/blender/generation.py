@@ -20,7 +20,7 @@ import numpy as np
 from ..core.alignment import Frame
 from ..core.drawing import Drawing, check_drawings, drawing_scale, strokes_from_drawings
 from ..core.settings import SplashSettings
-from . import generators, mesh_object
+from . import dependencies, generators, mesh_object
 from .grease_pencil import read_drawings
 from .preferences import weights_path
 from .properties import assign_settings, plain
@@ -97,8 +97,10 @@ def snapshot(
     """Read all that a run needs.
 
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
-    could not be written.
+    could not be made or written.
     """
+    if missing := dependencies.missing_packages():
+        raise SceneError(f"Not installed: {', '.join(missing)}. The Splash panel says how to")
     context.view_layer.update()  # world matrices after moves by script
     sketch, splash = target
     if splash is not None:

@@ -12,7 +12,7 @@ import bpy
 
 from ..core.settings import SplashSettings
 from ..core.strokes import StrokeError
-from . import generation, job
+from . import dependencies, generation, job
 from .properties import assign_settings, settings_properties, to_settings
 
 TICK = 0.1
@@ -224,7 +224,7 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
 
 class SPLASH_OT_copy_install_command(bpy.types.Operator):
-    """Copy the command that installs PyTorch for this Blender; run it in a terminal"""
+    """Copy the command that installs what is missing; run it in a terminal"""
 
     bl_idname = "splash.copy_install_command"
     bl_label = "Copy Command"
@@ -232,10 +232,8 @@ class SPLASH_OT_copy_install_command(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Copy the command."""
-        from .panels import install_command
-
-        context.window_manager.clipboard = install_command()
-        self.report({"INFO"}, "Copied: paste it into a terminal, then start Blender again")
+        context.window_manager.clipboard = dependencies.install_command()
+        self.report({"INFO"}, "Copied: paste it into a terminal, then restart Blender")
         return {"FINISHED"}
 
 

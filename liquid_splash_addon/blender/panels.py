@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 import textwrap
 from dataclasses import fields
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import bpy
 
 from ..core.settings import SplashSettings
-from . import generation, job, operators
+from . import dependencies, generation, job, operators
 
 SLIDERS = {"variation", "surface_threshold"}
 PIXELS_A_LETTER = 6.5
@@ -103,22 +102,14 @@ def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:
     """Say what to install where the generator cannot run."""
-    from ..core.weights import torch_is_installed
-
-    if torch_is_installed():
+    missing = dependencies.missing_packages()
+    if not missing:
         return
     box = layout.box()
-    text = "The generator needs PyTorch. Run this in a terminal, then start Blender again:"
+    text = f"Not installed: {', '.join(missing)}. Run this in a terminal, then restart Blender:"
     draw_text(box, context, text, "ERROR")
-    draw_text(box, context, install_command())
+    draw_text(box, context, dependencies.install_command())
     box.operator(operators.SPLASH_OT_copy_install_command.bl_idname, icon="COPYDOWN")
-
-
-def install_command() -> str:
-    """Return the command that installs torch where this Blender, and only it, finds it."""
-    # Blender's own folder is often not writable; its user scripts' modules always are.
-    modules = bpy.utils.user_resource("SCRIPTS", path="modules")
-    return f'"{sys.executable}" -m pip install --target "{modules}" torch'
 
 
 def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panels draw in every situation, and say what they should."""
 
+import sys
 from types import SimpleNamespace
 from typing import Any
 
 import bpy
+import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import job
+from liquid_splash_addon.blender import dependencies, job
 from liquid_splash_addon.blender.panels import (
     SPLASH_PT_info,
     SPLASH_PT_main,
     SPLASH_PT_settings,
-    install_command,
 )
 from tests.blender.sketching import add_sketch, fan, generate
 
@@ -68,5 +69,9 @@ def test_progress_takes_the_place_of_the_button(monkeypatch):
         bpy.ops.splash.generate()
 
 
-def test_the_install_command_is_for_this_blender():
-    assert "pip install" in install_command() and install_command().endswith("torch")
+def test_what_is_missing_is_listed_with_the_command_to_install_it(monkeypatch):
+    assert "Not installed" not in drawn(SPLASH_PT_main)
+    monkeypatch.setattr(dependencies, "PACKAGES", {"nowhere_to_be_found": "its-package"})
+    assert "Not installed: its-package." in drawn(SPLASH_PT_main)
+    command = dependencies.install_command()
+    assert sys.executable in command and f"its-package numpy=={np.__version__}" in command
