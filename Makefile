@@ -37,6 +37,7 @@ lint: $(INSTALLED) ## formatting, style, types
 
 blender: $(INSTALLED) ## provision a real Blender from Debian (needs root), outside the checkout
 	PIP="$(VENV_PYTHON) -m pip" tests/provision_blender.sh
+	@echo "tests/blender.sh runs it"
 
 build: $(INSTALLED) ## the extension's zip, in dist/
 	$(VENV_PYTHON) build.py
