@@ -104,15 +104,17 @@ def render(path: Path) -> None:
     """Render the scene's camera view to ``path``; what Blender says goes to a log beside it."""
     bpy.context.scene.render.filepath = str(path)
     sys.stdout.flush()
-    # Blender prints several lines a second, from C: only the file descriptor can be turned away.
-    terminal = os.dup(1)
+    # Blender prints several lines a second, from C: only file descriptors can be turned away.
+    terminal = [os.dup(number) for number in (1, 2)]
     with path.with_suffix(".log").open("w") as log:
-        os.dup2(log.fileno(), 1)
+        for number in (1, 2):
+            os.dup2(log.fileno(), number)
         try:
             bpy.ops.render.render(write_still=True)
         finally:
-            os.dup2(terminal, 1)
-            os.close(terminal)
+            for number, original in enumerate(terminal, start=1):
+                os.dup2(original, number)
+                os.close(original)
 
 
 if __name__ == "__main__":

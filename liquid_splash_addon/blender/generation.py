@@ -147,8 +147,8 @@ def compute(request: Request, report: Report) -> Result:
     )
     report("Loading the generator", 0.02)
     generator = generators.get(request.weights, settings.device)
-    splash = make_splash(strokes, settings, generator, frame, report)
-    report("Packing the fields", 0.98)
+    splash = make_splash(strokes, settings, generator, frame, part_of(report, 0.1, 0.9))
+    report("Packing the fields", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     if request.made_with not in ("", generator.weights_hash):
         warnings.append("Other weights than last time: the splash may look different")
@@ -164,6 +164,11 @@ def compute(request: Request, report: Report) -> Result:
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
     )
+
+
+def part_of(report: Report, first: float, last: float) -> Report:
+    """Return the report for a part of the work that goes from ``first`` to ``last``, of 0..1."""
+    return lambda stage, share: report(stage, first + share * (last - first))
 
 
 def stored_frame(request: Request) -> Frame | None:

@@ -72,6 +72,11 @@ class SplashSettingsGroup(bpy.types.PropertyGroup):
     __annotations__ = settings_properties()
 
 
+def forget_frame(group: Any, _context: bpy.types.Context) -> None:
+    """Let the next run fit a new frame: that of another sketch would not fit."""
+    group.frame = ""
+
+
 class SplashObjectGroup(bpy.types.PropertyGroup):
     """What a splash object knows of its making."""
 
@@ -80,6 +85,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
         name="Sketch",
         description="Grease Pencil object whose strokes this splash is made of",
         poll=lambda _, candidate: candidate.type == "GREASEPENCIL",
+        update=forget_frame,
     )
     settings: PointerProperty(type=SplashSettingsGroup)
     version: StringProperty(description="Version of the add-on that made this splash")

@@ -196,6 +196,16 @@ def test_the_frame_stays_until_realign():
     assert not np.allclose(frame_from_text(splash.splash.frame).centre, first.centre, atol=0.01)
 
 
+def test_another_sketch_gets_a_frame_of_its_own():
+    add_sketch(fan())
+    splash = generate()
+    far = moved(fan(), Matrix.Translation((50, 0, 0)))
+    splash.splash.sketch = add_sketch(far, active=False)
+    activate(splash)
+    bpy.ops.splash.regenerate()
+    assert in_world(splash)[:, 0].min() > 40
+
+
 def test_another_real_size_takes_effect_at_once():
     add_sketch(fan())
     splash = generate(real_size=0.3)
