@@ -54,6 +54,7 @@ class TrainConfig:
     candidates: int = 3  # latents tried for each sample; the best is trained (conditional IMLE)
     deterministic: float = 0.33  # share of batches with latent zero, then
     checkpoint: float = 3.0  # minutes between checkpoints
+    freeze_from: float = 0.8  # share of the run after which batch norm's statistics stand still
     seed: int = 0
 
 
@@ -122,6 +123,7 @@ class Run:
         )
         self.random = torch.Generator().manual_seed(config.seed)
         self.steps, self.seconds = 0, 0.0
+        self.frozen = False  # batch norm uses its running statistics, as it will in use
 
     @property
     def path(self) -> Path:
@@ -143,6 +145,7 @@ class Run:
             "random": self.random.get_state(),
             "steps": self.steps,
             "seconds": self.seconds,
+            "frozen": self.frozen,
             "config": asdict(self.config),
             "shape": asdict(self.shape),
         }
@@ -159,6 +162,7 @@ class Run:
         self.optimiser.load_state_dict(state["optimiser"])
         self.random.set_state(state["random"])
         self.steps, self.seconds = state["steps"], state["seconds"]
+        self.frozen = state.get("frozen", False)
 
     def set_rate(self) -> float:
         """Set and return the learning rate: warm-up, constant, then 1 - sqrt decay."""
@@ -175,7 +179,7 @@ class Run:
         """Train on one batch; return its mean loss."""
         config = self.config
         self.set_rate()
-        self.network.train()
+        self.network.train(not self.frozen)
         features = self.network.encode(batch.condition, batch.scale)
         latent = None
         lot = torch.rand((), generator=self.random).item()
@@ -215,7 +219,11 @@ def parameter_groups(network: SplashNetwork, weight_decay: float) -> list[dict[s
 
 @torch.no_grad()
 def settle_norm(network: SplashNetwork, batches: Iterator[Batch], count: int) -> None:
-    """Replace batch norm's running statistics by those of the averaged weights."""
+    """Replace batch norm's running statistics by those of the present weights.
+
+    A batch's own statistics depend on how much air its boxes hold, so a network must be
+    trained, at the end, and used with common ones.
+    """
     norms = [m for m in network.modules() if isinstance(m, torch.nn.BatchNorm3d)]
     for norm in norms:
         norm.reset_running_stats()
@@ -239,6 +247,9 @@ def train(run: Run, items: list[Item], workers: int = 1) -> None:
     bar = tqdm(total=round(config.minutes * 60), initial=round(run.seconds), unit="s")
     batches = iter(loader)
     while run.progress < 1:
+        if run.progress >= config.freeze_from and not run.frozen:
+            settle_norm(run.network, batches, SETTLING)
+            run.frozen = True
         batch = next(batches)
         loss = run.step(batch)
         smooth = loss if smooth is None else 0.98 * smooth + 0.02 * loss

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes to splash with the bundled weights."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("torch")
+
+from liquid_splash_addon.core.drawing import strokes_from_drawings
+from liquid_splash_addon.core.pipeline import Cancelled, make_splash
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
+from liquid_splash_addon.core.strokes import Stroke, StrokeError, resampled_points
+from liquid_splash_addon.core.weights import load_generator
+
+from .sketching import line, moved
+
+DRAFT = SplashSettings(resolution="64", device="CPU")
+
+
+@pytest.fixture(scope="module")
+def generator():
+    """Return the bundled generator."""
+    return load_generator(device="CPU")
+
+
+def sketch(name="crown") -> list[Stroke]:
+    """Return a bundled sketch with its velocities."""
+    return strokes_from_drawings(example_sketch(name), DRAFT)[0]
+
+
+def mean_distance(a, b):
+    """Return the mean distance of each set of points to the other."""
+    return (cKDTree(a).query(b)[0].mean() + cKDTree(b).query(a)[0].mean()) / 2
+
+
+@pytest.mark.parametrize("name", SKETCHES)
+def test_a_splash_follows_its_strokes(generator, name):
+    strokes = sketch(name)
+    splash = make_splash(strokes, DRAFT, generator)
+    cell = splash.fields.grid.spacing / splash.frame.scale
+    points, velocities = resampled_points(strokes, cell / 2)
+    away, nearest = cKDTree(splash.mesh.vertices).query(points)
+    assert (away < 4 * cell).mean() > 0.9
+    drawn = DRAFT.speed_gain * velocities
+    found = splash.mesh.velocities[nearest]
+    speed, expected = np.linalg.norm(found, axis=1), np.linalg.norm(drawn, axis=1)
+    assert np.median(speed) / np.median(expected) == pytest.approx(1, abs=0.3)
+    cosine = (found * drawn).sum(1) / np.maximum(speed * expected, 1e-9)
+    assert cosine.mean() > 0.7
+
+
+def test_same_seed_same_mesh_and_other_seed_other_mesh(generator):
+    settings = replace(DRAFT, variation=1.0)
+    first, same = (make_splash(sketch(), settings, generator).mesh for _ in range(2))
+    assert first.vertices.tobytes() == same.vertices.tobytes()
+    assert first.velocities.tobytes() == same.velocities.tobytes()
+    other = make_splash(sketch(), replace(settings, seed=1), generator).mesh
+    assert first.vertices.shape != other.vertices.shape or not np.allclose(
+        first.vertices, other.vertices
+    )
+
+
+def test_turned_and_moved_strokes_give_the_splash_turned_and_moved(generator):
+    rotation = Rotation.random(random_state=3).as_matrix()
+    shift = np.array([3.0, -1.0, 2.0])
+    here = make_splash(sketch("wave"), DRAFT, generator)
+    there = make_splash(moved(sketch("wave"), rotation, shift), DRAFT, generator)
+    cell = here.fields.grid.spacing / here.frame.scale
+    assert mean_distance(here.mesh.vertices @ rotation.T + shift, there.mesh.vertices) < cell / 2
+
+
+def test_a_stored_frame_is_kept(generator):
+    splash = make_splash(sketch(), DRAFT, generator)
+    edited = [*sketch(), line((0.3, 0, 0.2), (0.9, 0, 0.6), speed=4.0)]
+    assert make_splash(edited, DRAFT, generator, frame=splash.frame).frame is splash.frame
+
+
+def test_strokes_outside_the_box_name_the_largest_size_that_fits(generator):
+    with pytest.raises(StrokeError, match="outside the generator's box") as caught:
+        make_splash(sketch(), replace(DRAFT, real_size=0.9), generator)
+    advised = float(str(caught.value).split("Real Size to ")[1].split(" m")[0])
+    make_splash(sketch(), replace(DRAFT, real_size=advised), generator)
+    with pytest.raises(StrokeError):
+        make_splash(sketch(), replace(DRAFT, real_size=advised * 1.05), generator)
+
+
+def test_speeds_beyond_training_are_reported(generator):
+    assert make_splash(sketch(), DRAFT, generator).warnings == []
+    (warning,) = make_splash(sketch(), replace(DRAFT, speed_gain=20.0), generator).warnings
+    assert "lower Speed Gain" in warning
+
+
+def test_cancelling_stops_between_stages(generator):
+    stages = []
+
+    def report(stage, share):
+        stages.append(stage)
+        if len(stages) == 2:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        make_splash(sketch(), DRAFT, generator, report=report)
+    assert len(stages) == 2
+
+
+def test_draft_and_full_resolution_agree(generator):
+    draft = make_splash(sketch(), DRAFT, generator)
+    full = make_splash(sketch(), replace(DRAFT, resolution="128"), generator)
+    cell = draft.fields.grid.spacing / draft.frame.scale
+    assert mean_distance(draft.mesh.vertices, full.mesh.vertices) < 2 * cell
