@@ -15,6 +15,9 @@ from .strokes import Stroke, StrokeError, arc_length
 VELOCITY_WINDOW = 0.06
 """Seconds over which speed is estimated. Recorded times jitter by an event or two (11-45 ms)."""
 
+STALL = 4.0
+"""Speed over the stroke's mean speed from which recorded times are not believed."""
+
 
 @dataclass(frozen=True)
 class Drawing:
@@ -45,7 +48,9 @@ def estimate_velocity(
     Speed is the arc length covered in ``window`` seconds (at most a quarter of the stroke)
     around the point, over the time taken; direction is that of the arc over the same window.
     Raw differences of recorded times would be noise: events are clumped, and points between
-    them carry interpolated times.
+    them carry interpolated times. When the interface stalls, a second's worth of events gets
+    the time of a blink: where the speed comes out above STALL times the stroke's mean, the
+    window is doubled until it does not.
 
     points : ``(n, 3)``; times : ``(n,)`` seconds, not decreasing, not all equal.
     """
@@ -53,12 +58,17 @@ def estimate_velocity(
     times = np.maximum.accumulate(np.asarray(times, dtype=np.float64))
     # Of points that share a time keep the last: all of them were reached by then.
     last = np.append(np.diff(times) > 0, True)
-    window = min(window, float(np.ptp(times)) / 4)
-    early = np.clip(times - window / 2, times[0], times[-1])
-    late = np.clip(times + window / 2, times[0], times[-1])
-    travelled = [np.interp(t, times[last], along[last]) for t in (early, late)]
-    speed = (travelled[1] - travelled[0]) / (late - early)
-    return speed[:, None] * tangents(points, *travelled)
+    total = float(np.ptp(times))
+    windows = np.full(len(times), min(window, total / 4))
+    while True:
+        early = np.clip(times - windows / 2, times[0], times[-1])
+        late = np.clip(times + windows / 2, times[0], times[-1])
+        travelled = [np.interp(t, times[last], along[last]) for t in (early, late)]
+        speed = (travelled[1] - travelled[0]) / (late - early)
+        stalled = (speed > STALL * along[-1] / total) & (windows < 2 * total)
+        if not stalled.any():
+            return speed[:, None] * tangents(points, *travelled)
+        windows[stalled] *= 2
 
 
 def tangents(

@@ -119,8 +119,12 @@ def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
 
 
 def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:
-    """Return a warning if strokes are faster than anything the generator was trained on."""
-    speed = max(float(np.linalg.norm(stroke.velocities, axis=1).max()) for stroke in local)
+    """Return a warning if strokes are faster than anything the generator was trained on.
+
+    One point in twenty may be faster: recorded times are never perfect.
+    """
+    speeds = np.concatenate([np.linalg.norm(stroke.velocities, axis=1) for stroke in local])
+    speed = float(np.quantile(speeds, 0.95))
     if speed <= fastest:
         return []
     return [

@@ -24,7 +24,7 @@ class SplashSettings:
 
     real_size: float = setting(
         0.25,
-        "Real Size",
+        "Real Size (m)",
         "Longest side of the sketch in the real world, in metres (0: one unit is one metre). "
         "Larger splashes are made of thinner sheets",
         low=0.0,

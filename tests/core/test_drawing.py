@@ -53,6 +53,16 @@ def test_a_pause_is_slow():
     assert speed[50] < 0.6
 
 
+def test_a_stalled_interface_does_not_make_liquid_explode():
+    path, times = arc(2.0, points=200)
+    # Half of the stroke's events were handled in one burst of 5 ms after the stall.
+    burst = times.copy()
+    burst[60:160] = times[159] + np.linspace(0, 0.005, 100)
+    burst[160:] += 0.005
+    speed = np.linalg.norm(estimate_velocity(path, burst), axis=1)
+    assert speed.max() < 4.1 * 2.0
+
+
 def test_sources():
     path, times = arc(2.0)
     timed = Drawing(path, times, np.full(len(path), 0.5))
