@@ -13,7 +13,7 @@ system_packages=(
 )
 # Not Debian packages, or too old there. numpy must stay Debian's: Blender is built with that one.
 python_packages=(
-    cattrs attrs typing_extensions pymeshlab numba llvmlite tqdm
+    cattrs attrs typing_extensions pymeshlab numba llvmlite tqdm tensorboard absl-py protobuf
     pytest pluggy iniconfig packaging pygments
 )
 
@@ -85,7 +85,7 @@ install_packages() {
         "${python_packages[@]}" >>"$log" 2>&1 \
         || unavailable "the package index has no Python packages for its Python $version, see $log"
     inside blender --background --python-exit-code 1 \
-        --python-expr 'import torch, skimage, safetensors, numba, pymeshlab, pytest, cattrs' >>"$log" 2>&1 \
+        --python-expr 'import torch, skimage, safetensors, numba, pymeshlab, tensorboard, pytest, cattrs' >>"$log" 2>&1 \
         || unavailable "Blender was installed but does not start with its libraries, see $log"
 }
 

@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 INSTALL = (
     "This Python has no pytest. Install what the tests need, once: '{}' -m pip install "
-    "pytest torch safetensors scikit-image scipy numba pymeshlab tqdm"
+    "pytest torch safetensors scikit-image scipy numba pymeshlab tqdm tensorboard"
 )
 
 
