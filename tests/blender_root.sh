@@ -24,10 +24,11 @@ enter() {
     # Not exec: bash stays as the namespace's first process, which the kernel shields from signals that it does not
     # handle; the trap makes Ctrl-C and kill end everything inside.
     trap 'exit 143' INT TERM HUP
-    # Nothing of the caller's that names places inside.
+    # Nothing of the caller's that names other places. Idle OpenMP threads must not spin on the cores of others.
     env -u LD_LIBRARY_PATH -u PYTHONHOME -u PYTHONPATH -u VIRTUAL_ENV -u TMPDIR \
         -u XDG_CACHE_HOME -u XDG_CONFIG_HOME -u XDG_DATA_HOME -u XDG_RUNTIME_DIR \
-        HOME=/root LANG=C.UTF-8 PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+        HOME=/root LANG=C.UTF-8 OMP_WAIT_POLICY=PASSIVE \
+        PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
         chroot "$root" bash -c 'cd "$0" && exec "$@"' "$folder" "$@" <&0 &
     wait $!
 }

@@ -31,6 +31,8 @@ def main() -> int:
     except ImportError:
         print(INSTALL.format(sys.executable))
         return 2
+    # Before torch is there: idle OpenMP threads that spin make it several times slower.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     os.chdir(ROOT)
     return int(pytest.main(["--rootdir", str(ROOT), *pytest_options(sys.argv)]))
 
