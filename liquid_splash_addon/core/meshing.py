@@ -9,6 +9,17 @@ import numpy as np
 
 from .fields import AIR, Fields
 
+TAUBIN = (0.5, -0.53)
+"""Taubin's lambda and mu: the pass band ends at 1 / 0.5 - 1 / 0.53, about 0.11."""
+
+SMOOTHING_STEPS = 12
+
+LEVEL_SPREAD = 0.7
+"""Width in cells of the Gaussian that joins the generator's 2^3 patches before meshing."""
+
+LEVEL_BAND = 1.5
+"""Distances beyond this many cells do not count there, so that sheets do not thin out."""
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -33,20 +44,45 @@ def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
     padded by a cell of air first, so that the mesh is closed where liquid meets the box. A
     splash with no liquid gives an empty mesh.
     """
+    from scipy.ndimage import gaussian_filter
     from skimage.measure import marching_cubes
 
     level = surface_level(fields, threshold)
-    padded = np.pad(level, 1, constant_values=AIR)
+    bounded = np.pad(np.clip(level, -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
+    padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
+    padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
     if padded.min() >= 0:
         nothing = np.zeros((0, 3), dtype=np.float32)
         return Mesh(nothing, np.zeros((0, 3), dtype=np.int32), nothing)
     # marching_cubes puts vertex coordinates at array indices: cell centres, one cell padded on.
     # "descent" because the liquid lies below the level: normals then point outward.
     vertices, faces, _, _ = marching_cubes(padded, 0.0, gradient_direction="descent")
-    cells = vertices - 0.5
+    cells = smooth(vertices, faces) - 0.5
     velocities = sample_field(fields.velocity, cells)
     points = fields.grid.to_metres(cells).astype(np.float32)
     return Mesh(points, faces.astype(np.int32), velocities)
+
+
+def smooth(
+    vertices: np.ndarray, faces: np.ndarray, iterations: int = SMOOTHING_STEPS
+) -> np.ndarray:
+    """Return vertices ``(n, 3)`` without the voxels' staircase (Taubin 1995).
+
+    Each iteration moves vertices towards their neighbours' mean and then a little further
+    back: steps of a cell vanish while volume, and so thin sheets and small drops, stay.
+    """
+    from scipy.sparse import coo_matrix, diags
+
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    count = len(vertices)
+    # Every edge of a closed mesh is met once in each direction.
+    links = coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()
+    mean = diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
+    moved = vertices.astype(np.float64)
+    for _ in range(iterations):
+        for factor in TAUBIN:
+            moved = moved + factor * (mean @ moved - moved)
+    return moved
 
 
 def surface_level(fields: Fields, threshold: float) -> np.ndarray:
