@@ -26,7 +26,7 @@ from torch.utils.data import DataLoader, IterableDataset
 from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import LOCAL_SPACING
-from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
+from liquid_splash_addon.core.network import Encoding, NetworkConfig, SplashNetwork
 
 from .dataset import Item, Sample, load_items, training_samples
 from .losses import Batch, sample_losses
@@ -100,11 +100,11 @@ def random_latents(config: NetworkConfig, batch: Batch, generator: torch.Generat
 
 
 def best_latents(
-    network: SplashNetwork, features: list[Tensor], batch: Batch, tries: list[Tensor]
+    network: SplashNetwork, encoding: Encoding, batch: Batch, tries: list[Tensor]
 ) -> Tensor:
     """Return for each sample the latent in ``tries`` whose splash is nearest the truth (IMLE)."""
     with torch.no_grad():
-        losses = torch.stack([sample_losses(network.decode(features, z), batch) for z in tries])
+        losses = torch.stack([sample_losses(network.decode(encoding, z), batch) for z in tries])
     best = losses.argmin(0)
     return torch.stack(tries)[best, torch.arange(len(best))]
 
@@ -180,15 +180,15 @@ class Run:
         config = self.config
         self.set_rate()
         self.network.train(not self.frozen)
-        features = self.network.encode(batch.condition, batch.scale)
+        encoding = self.network.encode(batch.condition, batch.scale)
         latent = None
         lot = torch.rand((), generator=self.random).item()
         if self.progress >= config.imle_from and lot >= config.deterministic:
             tries = [
                 random_latents(self.shape, batch, self.random) for _ in range(config.candidates)
             ]
-            latent = best_latents(self.network, features, batch, tries)
-        loss = sample_losses(self.network.decode(features, latent), batch).mean()
+            latent = best_latents(self.network, encoding, batch, tries)
+        loss = sample_losses(self.network.decode(encoding, latent), batch).mean()
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)

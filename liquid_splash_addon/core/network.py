@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -11,6 +12,9 @@ from torch.nn import functional as F
 
 CONDITION_CHANNELS = 4  # occupancy, velocity x, y, z
 OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
+
+SPARSE = 1e-4
+"""Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,13 @@ class Modulation(nn.Module):
         return x * (1 + self.scale(latent)) + self.shift(latent)
 
 
+class Encoding(NamedTuple):
+    """Half of a pass: ``features`` of each level, finest first, and the diffused stroke velocity."""
+
+    features: list[Tensor]
+    flow: Tensor
+
+
 class SplashNetwork(nn.Module):
     """Condition and latent -> logit, distance, velocity, all on the condition's grid.
 
@@ -95,8 +106,8 @@ class SplashNetwork(nn.Module):
         self.modulation = Modulation(config.latent_channels, widths[-2])
         self.head = nn.Conv3d(widths[0], 8 * OUTPUT_CHANNELS, 1)
 
-    def encode(self, condition: Tensor, scale: Tensor) -> list[Tensor]:
-        """Return the features of each level, finest first.
+    def encode(self, condition: Tensor, scale: Tensor) -> Encoding:
+        """Return what does not depend on the latent.
 
         condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale; scale : ``(B,)``,
         log2 of the cell size over the full-resolution cell size.
@@ -109,14 +120,18 @@ class SplashNetwork(nn.Module):
                 x = F.relu(self.downs[level - 1](x))  # (B, 2C, X/2, Y/2, Z/2)
             x = blocks(x)
             features.append(x)
-        return features
+        return Encoding(features, diffused_velocity(condition))
 
-    def decode(self, features: list[Tensor], latent: Tensor | None) -> Tensor:
+    def decode(self, encoding: Encoding, latent: Tensor | None) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``: logit, distance / AIR, velocity / velocity scale.
+
+        The head corrects the strokes' diffused velocity: left to find it by itself, a network
+        takes long to carry so few crossed cells through the liquid.
 
         latent : ``(B, L, l, l, l)`` on the part of its lattice that the grid covers; None is
         the latent zero.
         """
+        features = encoding.features
         x = features[-1]
         for level in reversed(range(len(self.decoder))):
             x = F.interpolate(self.ups[level](x), scale_factor=2, mode="nearest")
@@ -125,11 +140,35 @@ class SplashNetwork(nn.Module):
                 fine = F.interpolate(latent, size=x.shape[2:], mode="trilinear")
                 x = self.modulation(x, fine)
             x = self.decoder[level](x)
-        return unfold(self.head(x))
+        out = unfold(self.head(x))
+        return torch.cat([out[:, :2], out[:, 2:] + encoding.flow], dim=1)
 
     def forward(self, condition: Tensor, scale: Tensor, latent: Tensor | None = None) -> Tensor:
         """Return :meth:`decode` of :meth:`encode`."""
         return self.decode(self.encode(condition, scale), latent)
+
+
+def diffused_velocity(condition: Tensor) -> Tensor:
+    """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
+
+    Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
+    average wherever it holds enough of a stroke. condition : ``(B, 4, X, Y, Z)``.
+    """
+    weight, flow = condition[:, :1], condition[:, 1:]
+    levels = []
+    while min(weight.shape[2:]) > 1 and not any(n % 2 for n in weight.shape[2:]):
+        weight, flow = F.avg_pool3d(weight, 2), F.avg_pool3d(flow, 2)
+        levels.append((weight, flow))
+    spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
+    for weight, flow in reversed(levels):
+        spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")
+        spread = (flow + SPARSE * spread) / (weight + SPARSE)
+    return F.interpolate(spread, scale_factor=2, mode="trilinear")
+
+
+def sum_over_cells(x: Tensor) -> Tensor:
+    """Return ``(B, C, 1, 1, 1)``."""
+    return x.sum((2, 3, 4), keepdim=True)
 
 
 def unfold(x: Tensor) -> Tensor:

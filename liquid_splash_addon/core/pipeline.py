@@ -94,19 +94,20 @@ def prepare_frame(
     if share > MOST_OUTSIDE:
         raise StrokeError(
             f"{share:.0%} of the strokes lie outside the generator's box of {grid.size[0]:g} m: "
-            + size_advice(local, strokes, frame)
+            + size_advice(local)
         )
     return frame
 
 
-def size_advice(local: Sequence[Stroke], strokes: Sequence[Stroke], frame: Frame) -> str:
+def size_advice(local: Sequence[Stroke]) -> str:
     """Return what to do about strokes that leave the box: the largest real size that fits."""
     grid = Grid.local()
     points, _ = resampled_points(local, grid.spacing / 2)
     # Scaling about the centre moves a point to the wall when its largest coordinate gets there.
     reach = np.quantile(np.abs(points).max(axis=1), 1 - MOST_OUTSIDE)
     now = max(float(np.ptp(points, axis=0).max()), 1e-9)
-    largest = now * (grid.size[0] / 2) / max(float(reach), 1e-9)
+    # Half a percent less: at another size the strokes are resampled at other points.
+    largest = 0.995 * now * (grid.size[0] / 2) / max(float(reach), 1e-9)
     digits = np.floor(largest * 1000) / 1000
     return f"set Real Size to {digits:g} m or less, then Realign"
 

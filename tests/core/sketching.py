@@ -25,7 +25,8 @@ def fan(count=7, length=0.2) -> list[Stroke]:
     for n in range(count):
         angle = 0.3 * (n / (count - 1) - 0.5) * 2
         tip = length * np.array([np.cos(angle), np.sin(angle), 0.1 * np.sin(3 * n)])
-        strokes.append(line((0.0, 0.006 * n, 0.0), (*tip, 0.0, 0.006 * n, 0.0), speed=2.0))
+        start = np.array([0.0, 0.006 * n, 0.0])
+        strokes.append(line(start, start + tip, speed=2.0))
     return strokes
 
 

@@ -75,14 +75,14 @@ def test_best_of_several_latents_is_trained(tmp_path: Path, batches):
 
     run = toy_run(tmp_path)
     run.network.eval()  # in training, batch norm mixes the samples of a batch
-    features = run.network.encode(batches[0].condition, batches[0].scale)
+    encoding = run.network.encode(batches[0].condition, batches[0].scale)
     tries = [random_latents(SHAPE, batches[0], run.random) * 30 for _ in range(4)]
-    best = best_latents(run.network, features, batches[0], tries)
+    best = best_latents(run.network, encoding, batches[0], tries)
     with torch.no_grad():
         losses = torch.stack(
-            [sample_losses(run.network.decode(features, z), batches[0]) for z in tries]
+            [sample_losses(run.network.decode(encoding, z), batches[0]) for z in tries]
         )
-        chosen = sample_losses(run.network.decode(features, best), batches[0])
+        chosen = sample_losses(run.network.decode(encoding, best), batches[0])
     assert torch.allclose(chosen, losses.min(0).values, atol=1e-4)
 
 

@@ -26,7 +26,8 @@ def centres(shape):
 def test_one_particle_is_a_ball():
     particle = np.array([[10.2, 9.7, 11.4]], np.float32)
     distance = particle_distance(particle, (2, 3, 4), (16, 14, 15))
-    exact = np.linalg.norm([*centres((16, 14, 15)), 2, 3, 4] - particle[0], axis=-1)
+    places = centres((16, 14, 15)) + np.array([2, 3, 4])
+    exact = np.linalg.norm(places - particle[0], axis=-1)
     assert np.abs(distance - np.minimum(exact - PARTICLE_RADIUS, BAND)).max() < 1e-4
 
 
