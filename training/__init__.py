@@ -3,9 +3,10 @@
 
 python -m training.simulate --scenes N --out DATA     liquid -> frames
 python -m training.prepare DATA                       frames -> streamlines
+python -m training.inspect DATA                       what the data hold
 python -m training.train DATA --out RUN               streamlines and frames -> checkpoints
-python -m training.evaluate DATA --checkpoint RUN     figures on scenes never trained on
-python -m training.export RUN                         the add-on's weights
+python -m training.export RUN --data DATA             the add-on's weights
+python -m training.evaluate DATA --out FILE           figures on scenes never trained on
 """
 
 import os

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from liquid_splash_addon.core.alignment import NEAR_EQUAL, fit_frame, principal_axes
 from liquid_splash_addon.core.alignment import Frame as LocalFrame
-from liquid_splash_addon.core.alignment import fit_frame, principal_axes
 from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.fluid.streamlines import representatives, trilinear, velocity_at
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
@@ -32,9 +32,6 @@ JITTER = 0.002
 
 SPEED_NOISE = 0.1
 """Relative error of a training stroke's speed."""
-
-NEAR_EQUAL = 1.15
-"""Eigenvalue ratio below which two axes could as well be any two in their plane."""
 
 TENTH = 10
 """One scene in ten is for validation, one for tests."""
@@ -212,7 +209,7 @@ def training_sample(item: Item, rng: np.random.Generator, fine: bool, cells: int
     return sample_on(item, strokes, frame, grid)
 
 
-def test_sample(
+def held_out_sample(
     item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS
 ) -> tuple[Sample, list[Stroke]]:
     """Return the pair and strokes of an unseen frame, the same at every call."""

@@ -19,7 +19,7 @@ from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.weights import default_weights_path, load_generator
 
 from .baselines import NearestExample, best_radius, stroke_distance
-from .dataset import Item, load_items, test_sample
+from .dataset import Item, held_out_sample, load_items
 from .metrics import average, occupancy_metrics, velocity_metrics
 
 Figures = dict[str, dict[str, float]]
@@ -33,7 +33,7 @@ def choose(items: Sequence[Item], most: int) -> list[Item]:
 
 def tuned_radius(validation: Sequence[Item], cells: int) -> float:
     """Return the dilation (cells) that suits the validation frames best."""
-    samples = [test_sample(item, cells)[0] for item in validation]
+    samples = [held_out_sample(item, cells)[0] for item in validation]
     return best_radius(
         [stroke_distance(s.condition) for s in samples], [s.distance < 0 for s in samples]
     )
@@ -45,7 +45,7 @@ def evaluate(
     """Return the mean figures of the generator and the baselines over the test frames."""
     rows: dict[str, list[dict[str, float]]] = {"ours": [], "dilated_strokes": [], "nearest": []}
     for item in tqdm(tests, desc=f"{cells}^3", unit="frame"):
-        sample, strokes = test_sample(item, cells)
+        sample, strokes = held_out_sample(item, cells)
         truth, spacing = sample.distance < 0, sample.grid.spacing
         fields = generator.generate(sample.condition, sample.grid)
         near, near_velocity = nearest.answer(strokes, sample.grid)
@@ -101,8 +101,14 @@ def main() -> int:
         results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
     print(f"{len(tests)} test frames\n{table(results)}")
     if args.out:
+        about = {
+            "weights_hash": generator.weights_hash,
+            "data_hash": generator.header["data_hash"],
+            "test_frames": len(tests),
+            "validation_frames": len(validation),
+        }
         args.out.parent.mkdir(parents=True, exist_ok=True)
-        args.out.write_text(json.dumps(results, indent=1) + "\n")
+        args.out.write_text(json.dumps({"about": about, **results}, indent=1) + "\n")
     return 0
 
 

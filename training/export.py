@@ -22,7 +22,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork, fold_norm
 from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
-from .dataset import Item, load_items, test_sample
+from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
 from .train import VELOCITY_SCALE, collate
 
@@ -43,7 +43,7 @@ def best_threshold(network: SplashNetwork, items: Sequence[Item], grids: Iterabl
     scores = []
     for cells in grids:
         for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
-            batch = collate([test_sample(item, cells)[0]])
+            batch = collate([held_out_sample(item, cells)[0]])
             probability = torch.sigmoid(network(batch.condition, batch.scale)[0, 0]).numpy()
             truth = batch.distance[0].numpy() < 0
             scores.append([iou(probability > t, truth) for t in THRESHOLDS])
@@ -77,7 +77,7 @@ def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
     """
     sides, speeds = [], []
     for item in items:
-        sample, strokes = test_sample(item, 64)
+        sample, strokes = held_out_sample(item, 64)
         cells = np.argwhere(sample.condition[0] > 0)
         sides.append((np.ptp(cells, axis=0).max() + 1) * Grid.local(64).spacing)
         speeds.append(np.concatenate([np.linalg.norm(s.velocities, axis=1) for s in strokes]))

@@ -29,7 +29,7 @@ class Frame:
     Attributes
     ----------
     distance : int8 ``(X, Y, Z)``, signed distance in BAND / 127 cells; X, Y, Z are even
-    velocity : float16 ``(n, 3)`` m/s on the blocks of 2^3 cells that :meth:`blocks` marks
+    velocity : float16 ``(n, 3)`` m/s on the blocks of 2^3 cells that :func:`near_blocks` marks
     start : int ``(3,)``, first cell of the arrays in the simulation's box
     time : seconds since impact
     """

@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS
 
-from .dataset import Item, load_items, test_sample
+from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
 
 TIME_EDGES = (0.05, 0.1, 0.2, 0.3, 0.51)
@@ -41,7 +41,7 @@ def measure(items: Sequence[Item]) -> list[str]:
     """Return lines with the local box's occupancy and the sketches' density."""
     occupied, drawn, strokes = [], [], []
     for item in tqdm(items, leave=False):
-        sample, sketch = test_sample(item, LOCAL_CELLS)
+        sample, sketch = held_out_sample(item, LOCAL_CELLS)
         occupied.append((sample.distance < 0).mean())
         drawn.append(sample.condition[0].sum() / max((sample.distance < 0).sum(), 1))
         strokes.append(len(sketch))

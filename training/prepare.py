@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -105,9 +106,11 @@ def main() -> int:
         parser.error(f"no scenes in {args.data}: run training.simulate first")
     missing = [path for path in scenes if not lines_path(path).exists()]
     total, kept = 0, 0
-    with get_context("spawn").Pool(args.workers) as pool:
-        bar = tqdm(pool.imap_unordered(prepare_scene, missing), total=len(missing), unit="scene")
-        for frames, some in bar:
+    with ProcessPoolExecutor(args.workers, get_context("spawn")) as pool:
+        work = as_completed([pool.submit(prepare_scene, path) for path in missing])
+        bar = tqdm(work, total=len(missing), unit="scene")
+        for future in bar:
+            frames, some = future.result()
             total, kept = total + frames, kept + some
             bar.set_postfix_str(f"kept {kept} of {total} frames")
     return 0

@@ -62,8 +62,9 @@ class Scene:
 def random_scene(seed: int, resolution: int = LOCAL_CELLS) -> Scene:
     """Return the scene with this seed; ``resolution`` is cells per side of the local box.
 
-    The box has twice the local box's side and the impact lies at its middle. The scene does
-    not depend on the resolution (radii are at least 1.5 of the cells used).
+    The box has twice the local box's side and the impact lies at its middle. A coarser
+    resolution widens the thinnest streamlets (radii are at least 1.5 cells) and the gap before
+    the obstacle.
     """
     rng = np.random.default_rng(seed)
     spacing = LOCAL_SPACING * LOCAL_CELLS / resolution

@@ -28,7 +28,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 
 from .frames import Frame, make_frame, save_scene, scene_path
 from .scenes import GAP, Scene, random_scene
-from .stepping import Liquid, World, advance, drop_outside, flow, initial_liquid
+from .stepping import Liquid, World, advance, flow, initial_liquid
 
 FIRST, LAST = 0.05, 0.5
 """Seconds after impact between which frames are kept (paper, 4.2.1)."""
@@ -83,7 +83,6 @@ def share_in_box(liquid: Liquid, scene: Scene) -> float:
 def take_frame(liquid: Liquid, world: World, scene: Scene, time: float) -> Frame:
     """Return the liquid as a frame: distance of the particles' surface, projected velocity."""
     margin = int(BAND) + 2
-    liquid = drop_outside(liquid, world)
     start = np.floor(liquid.positions.min(axis=0)).astype(int) - margin
     shape = np.ceil(liquid.positions.max(axis=0)).astype(int) + margin - start
     shape += shape % 2

@@ -94,14 +94,14 @@ def flow(
 
 def step(liquid: Liquid, world: World, dt: float) -> Liquid:
     """Advance the liquid by ``dt`` seconds: grid, forces, pressure, particles, move."""
-    liquid = drop_outside(liquid, world)
     cells, before, after = flow(liquid, world, dt)
     order = sort_by_cell(liquid.positions, cells)
     positions, velocities = liquid.positions[order], liquid.velocities[order]
     velocities, affine = faces_to_particles(positions, velocities, cells, before, after, FLIP)
     positions = advect(positions, cells, after, dt)
     collide(positions, velocities, world.obstacle)
-    return Liquid(positions, velocities, affine, liquid.time + dt, liquid.emitted)
+    moved = Liquid(positions, velocities, affine, liquid.time + dt, liquid.emitted)
+    return drop_outside(moved, world)
 
 
 def drop_outside(liquid: Liquid, world: World) -> Liquid:

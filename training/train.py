@@ -25,7 +25,7 @@ from torch.nn import functional as F
 from torch.utils.data import DataLoader, IterableDataset
 from tqdm import tqdm
 
-from liquid_splash_addon.core.grid import LOCAL_SPACING
+from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 from liquid_splash_addon.core.network import Encoding, NetworkConfig, SplashNetwork
 
 from .dataset import Item, Sample, load_items, training_samples
@@ -66,7 +66,8 @@ class Stream(IterableDataset[Sample]):
 
     def __iter__(self) -> Iterator[Sample]:
         info = torch.utils.data.get_worker_info()
-        torch.set_num_threads(1)
+        if info:
+            torch.set_num_threads(1)
         return training_samples(self.items, self.seed * 1000 + (info.id if info else 0), self.cells)
 
 
@@ -93,7 +94,7 @@ def random_latents(config: NetworkConfig, batch: Batch, generator: torch.Generat
     coarsest = cells >> (len(config.widths) - 1)
     latents = []
     for scale in batch.scale:
-        seen = max(round(cells * 2 ** float(scale) * config.latent_cells / 128), 1)
+        seen = max(round(cells * 2 ** float(scale) * config.latent_cells / LOCAL_CELLS), 1)
         lattice = torch.randn((1, config.latent_channels, seen, seen, seen), generator=generator)
         latents.append(F.interpolate(lattice, size=(coarsest,) * 3, mode="trilinear"))
     return torch.cat(latents)
@@ -240,6 +241,8 @@ def train(run: Run, items: list[Item], workers: int = 1) -> None:
     from torch.utils.tensorboard import SummaryWriter
 
     config = run.config
+    if run.progress >= 1:
+        return  # the statistics of a finished run are settled
     stream = Stream(items, config.seed + run.steps, config.cells)
     loader = DataLoader(stream, config.batch, num_workers=workers, collate_fn=collate)
     writer = SummaryWriter(str(run.out))

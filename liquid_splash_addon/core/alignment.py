@@ -14,6 +14,9 @@ from .strokes import Stroke, check_strokes, resample, resampled_points
 PROVISIONAL_POINTS = 256
 """Samples across the sketch while its scale, and so the half-cell step, is still unknown."""
 
+NEAR_EQUAL = 1.15
+"""Ratio of variances below which two axes could as well be any two in their plane."""
+
 DEFINITE_FLOW = 0.05
 """Share of the mean speed from which the mean flow along an axis decides the axis's sign."""
 
@@ -74,9 +77,9 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     """Return the local frame of ``strokes``.
 
     The origin is the centroid, the axes are the principal axes of the strokes resampled at
-    half a cell. Axes 1 and 2 point along the mean flow; where there is none along the skewness,
-    and in symmetric sketches from the strokes drawn first to those drawn last. Axis 3 is their
-    cross product.
+    half a cell, turned where two of them are near equal (:func:`settled_axes`). Axes 1 and 2
+    point along the mean flow; where there is none along the skewness, and in symmetric sketches
+    from the strokes drawn first to those drawn last. Axis 3 is their cross product.
 
     real_size : longest side of the strokes' box along these axes, in metres; 0 takes the
     strokes to be in metres already.
@@ -90,7 +93,9 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     positions = np.concatenate([stroke.points for stroke in dense]).astype(np.float64)
     velocities = np.concatenate([stroke.velocities for stroke in dense]).astype(np.float64)
     order = np.repeat(np.arange(len(dense)), [len(stroke.points) for stroke in dense])
-    centre, axes, _ = principal_axes(positions)
+    centre, axes, variances = principal_axes(positions)
+    chord = strokes[0].points[-1].astype(np.float64) - strokes[0].points[0]
+    axes = settled_axes(axes, variances, chord)
     speed = np.linalg.norm(velocities, axis=1).mean()
     first, second = (
         axis_sign(velocities @ axis / max(speed, 1e-30), (positions - centre) @ axis, order) * axis
@@ -107,8 +112,26 @@ def principal_axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return centre, columns.T[::-1], variances[::-1]
 
 
+def settled_axes(axes: np.ndarray, variances: np.ndarray, chord: np.ndarray) -> np.ndarray:
+    """Return the axes (rows), turned in the plane of near-equal ones towards ``chord`` ``(3,)``.
+
+    A crown has no principal axis in its plane: any two are as good, and rounding would choose.
+    The first stroke's chord turns with the strokes.
+    """
+    axes = axes.copy()
+    for first, second in ((0, 1), (1, 2)):
+        along, across = axes[first] @ chord, axes[second] @ chord
+        size = np.hypot(along, across)
+        if variances[first] < NEAR_EQUAL * variances[second] and size > 1e-6 * np.linalg.norm(
+            chord
+        ):
+            turn = np.array([[along, across], [-across, along]]) / size
+            axes[[first, second]] = turn @ axes[[first, second]]
+    return axes
+
+
 def longest_side(polylines: Sequence[np.ndarray]) -> float:
-    """Return the longest side of the polylines' box along their principal axes.
+    """Return the longest side of the polylines' box along the axes of their local frame.
 
     polylines : float64 ``(n, 3)`` each. The resampling step is a share of the greatest
     distance from the mean point, which a rotation does not change.
@@ -117,7 +140,8 @@ def longest_side(polylines: Sequence[np.ndarray]) -> float:
     radius = np.linalg.norm(together - together.mean(axis=0), axis=1).max()
     still = [Stroke(points, np.zeros_like(points)) for points in polylines]
     positions, _ = resampled_points(still, 2 * radius / PROVISIONAL_POINTS)
-    _, axes, _ = principal_axes(positions.astype(np.float64))
+    _, axes, variances = principal_axes(positions.astype(np.float64))
+    axes = settled_axes(axes, variances, polylines[0][-1] - polylines[0][0])
     return float(np.ptp(together @ axes.T, axis=0).max())
 
 

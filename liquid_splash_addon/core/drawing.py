@@ -91,7 +91,26 @@ def tangents(
         ends.append(np.stack([np.interp(position, along, points[:, a]) for a in range(3)], axis=1))
     chord = ends[1] - ends[0]
     size = np.linalg.norm(chord, axis=1, keepdims=True)
-    return np.where(size > 1e-9 * along[-1], chord / np.maximum(size, 1e-30), [[0.0, 0.0, 0.0]])
+    short = size < 1e-3 * (ends_apart(behind, ahead, along)[:, None] + reach)
+    return np.where(short, segment_directions(points), chord / np.maximum(size, 1e-30))
+
+
+def ends_apart(behind: np.ndarray, ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the arc length ``(n,)`` between both ends, clipped to the stroke."""
+    return np.clip(ahead, 0, along[-1]) - np.clip(behind, 0, along[-1])
+
+
+def segment_directions(points: np.ndarray) -> np.ndarray:
+    """Return at each point ``(n, 3)`` the unit direction of the segment that leads to it.
+
+    Segments without length take the direction of the last one that has some.
+    """
+    steps = np.diff(points.astype(np.float64), axis=0)
+    size = np.linalg.norm(steps, axis=1)
+    moving = np.flatnonzero(size > 0)
+    latest = np.searchsorted(moving, np.arange(len(steps)), side="right") - 1
+    chosen = moving[np.concatenate([latest[:1], latest]).clip(0)]
+    return np.asarray(steps[chosen] / size[chosen, None])
 
 
 def strokes_from_drawings(

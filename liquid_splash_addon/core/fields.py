@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+import zlib
 from dataclasses import dataclass
 from zipfile import BadZipFile
 
@@ -68,12 +69,12 @@ class Fields:
             spacing, *origin = (float(value) for value in arrays["placing"])
             count = int(np.prod(shape))
             near = np.unpackbits(arrays["near"], count=count).astype(bool).reshape(shape)
-        except (ValueError, KeyError, EOFError, OSError, BadZipFile) as error:
+            distance = np.full(shape, AIR, dtype=np.float32)
+            distance[near] = arrays["distance"]
+            velocity = np.zeros((3, *shape), dtype=np.float32)
+            velocity[:, near] = arrays["velocity"]
+        except (ValueError, KeyError, EOFError, OSError, BadZipFile, zlib.error) as error:
             raise ValueError("these bytes are no stored splash: generate it again") from error
-        distance = np.full(shape, AIR, dtype=np.float32)
-        distance[near] = arrays["distance"]
-        velocity = np.zeros((3, *shape), dtype=np.float32)
-        velocity[:, near] = arrays["velocity"]
         occupancy = arrays["occupancy"].astype(np.float32) / 255
         grid = Grid((shape[0], shape[1], shape[2]), spacing, (origin[0], origin[1], origin[2]))
         return cls(occupancy, distance, velocity, grid)

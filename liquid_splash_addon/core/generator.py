@@ -20,7 +20,7 @@ class Generator:
     Attributes
     ----------
     header : what training wrote beside the weights (see ``weights``)
-    weights_hash : SHA-256 of the weights file, hexadecimal
+    weights_hash : SHA-256 of the weights' tensors, hexadecimal
     device : where it runs, a torch device name
     precision : number format it runs in, 'float32'
     """

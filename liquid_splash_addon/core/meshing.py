@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fields import AIR, Fields
+from .fields import Fields
 
 TAUBIN = (0.5, -0.53)
 """Taubin's lambda and mu: the pass band ends at 1 / 0.5 - 1 / 0.53, about 0.11."""
 
 SMOOTHING_STEPS = 12
 
-LEVEL_SPREAD = 0.7
+LEVEL_SPREAD = 0.5
 """Width in cells of the Gaussian that joins the generator's 2^3 patches before meshing."""
 
 LEVEL_BAND = 1.5
@@ -88,17 +88,13 @@ def smooth(
 def surface_level(fields: Fields, threshold: float) -> np.ndarray:
     """Return the field whose zero level is the surface, in cells, float32 ``(X, Y, Z)``.
 
-    At threshold 0.5 it is the signed distance; other thresholds shift it by the difference of
-    the logits, one cell for a factor e^2 of the odds.
+    It is the difference of the logits of ``threshold`` and occupancy, taken as one cell for a
+    factor e^2 of the odds: continuous in the threshold, negative exactly where occupancy is
+    above it. The distance alone would lose sheets that the generator is not sure of.
     """
-    shift = np.log(threshold / (1 - threshold)) / 2
-    if shift == 0:
-        return fields.distance
     odds = np.clip(fields.occupancy, 1e-4, 1 - 1e-4)
-    logit = np.log(odds / (1 - odds)) / 2
-    return np.where(np.abs(fields.distance) < AIR, (shift - logit), fields.distance).astype(
-        np.float32
-    )
+    logit = np.log(odds / (1 - odds))
+    return ((np.log(threshold / (1 - threshold)) - logit) / 2).astype(np.float32)
 
 
 def sample_field(field: np.ndarray, cells: np.ndarray) -> np.ndarray:

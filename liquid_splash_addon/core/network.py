@@ -70,7 +70,7 @@ class Modulation(nn.Module):
 
 
 class Encoding(NamedTuple):
-    """Half of a pass: ``features`` of each level, finest first, and the diffused stroke velocity."""
+    """Half of a pass: ``features`` of each level, finest first; ``flow``, the strokes' diffused."""
 
     features: list[Tensor]
     flow: Tensor

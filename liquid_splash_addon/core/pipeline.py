@@ -87,6 +87,7 @@ def prepare_frame(
 ) -> Frame:
     """Return the frame to use, checked: enough of the strokes must lie in the local box."""
     check_strokes(strokes)
+    kept = frame is not None
     frame = frame or fit_frame(strokes, settings.real_size)
     local = frame.strokes_to_local(strokes)
     grid = Grid.local()
@@ -95,6 +96,7 @@ def prepare_frame(
         raise StrokeError(
             f"{share:.0%} of the strokes lie outside the generator's box of {grid.size[0]:g} m: "
             + size_advice(local)
+            + (", or Realign" if kept else "")
         )
     return frame
 
@@ -103,13 +105,14 @@ def size_advice(local: Sequence[Stroke]) -> str:
     """Return what to do about strokes that leave the box: the largest real size that fits."""
     grid = Grid.local()
     points, _ = resampled_points(local, grid.spacing / 2)
+    size = max(float(np.ptp(points, axis=0).max()), 1e-9)
     # Scaling about the centre moves a point to the wall when its largest coordinate gets there.
-    reach = np.quantile(np.abs(points).max(axis=1), 1 - MOST_OUTSIDE)
-    now = max(float(np.ptp(points, axis=0).max()), 1e-9)
-    # Half a percent less: at another size the strokes are resampled at other points.
-    largest = 0.995 * now * (grid.size[0] / 2) / max(float(reach), 1e-9)
-    digits = np.floor(largest * 1000) / 1000
-    return f"set Real Size to {digits:g} m or less, then Realign"
+    reach = float(np.quantile(np.abs(points).max(axis=1), 1 - MOST_OUTSIDE))
+    share = grid.size[0] / 2 / max(reach, 1e-9)
+    # At another size the strokes are resampled at other points: make sure.
+    while outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.049:
+        share *= 0.995
+    return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
 
 
 def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:

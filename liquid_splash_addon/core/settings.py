@@ -12,8 +12,7 @@ LATENT_SEED_MAX = 2**31 - 1
 def setting(default: Any, label: str, description: str, **limits: Any) -> Any:
     """Return a dataclass field that also carries what an interface shows.
 
-    limits : ``low``, ``high`` (hard limits), ``items`` ((identifier, label, description), ...)
-    or ``unit`` (a Blender unit name such as 'LENGTH').
+    limits : ``low`` and ``high``, or ``items`` of (identifier, label, description).
     """
     return field(default=default, metadata={"label": label, "description": description, **limits})
 

@@ -10,6 +10,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .grid import LOCAL_CELLS, LOCAL_SPACING
+
 if TYPE_CHECKING:
     from .generator import Generator
     from .network import SplashNetwork
@@ -62,6 +64,10 @@ def load_generator(path: Path | None = None, device: str = "AUTO") -> Generator:
     """
     if not torch_is_installed():
         raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")
+    try:
+        import torch  # noqa: F401 (its libraries may fail to load where it is installed)
+    except (ImportError, OSError) as error:
+        raise TorchMissingError(f"PyTorch is installed but does not load: {error}") from error
     path = default_weights_path() if path is None else Path(path)
     data = read_file(path)
     header = read_header(data, path)
@@ -98,6 +104,11 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
             f"{path} has the format {metadata.get('format')!r}, this version reads {FORMAT!r}: "
             "choose weights made for it"
         )
+    if (header["local_cells"], header["local_spacing"]) != (LOCAL_CELLS, LOCAL_SPACING):
+        raise WeightsError(
+            f"{path} was trained on another box ({header['local_cells']} cells of "
+            f"{header['local_spacing']} m): choose weights made for this version"
+        )
     return dict(header)
 
 
@@ -122,7 +133,9 @@ def build(data: bytes, header: dict[str, Any], path: Path, device: str) -> Gener
         raise WeightsError(
             f"{path} is damaged (its tensors do not fit its header): install the add-on again"
         ) from error
-    return Generator(network, header, hashlib.sha256(data).hexdigest(), device)
+        # The tensors' own hash: figures are written into the header after they were measured.
+    start = 8 + int.from_bytes(data[:8], "little")
+    return Generator(network, header, hashlib.sha256(data[start:]).hexdigest(), device)
 
 
 def save_weights(network: SplashNetwork, header: dict[str, Any], path: Path) -> None:

@@ -4,7 +4,12 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.drawing import Drawing, estimate_velocity, strokes_from_drawings
+from liquid_splash_addon.core.drawing import (
+    Drawing,
+    estimate_velocity,
+    strokes_from_drawings,
+    tangents,
+)
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.strokes import StrokeError
 
@@ -89,3 +94,11 @@ def test_times_that_are_not_numbers():
     times[3] = np.nan
     with pytest.raises(StrokeError, match="times that are not numbers"):
         strokes_from_drawings([Drawing(path, times)], SplashSettings())
+
+
+def test_a_closed_window_takes_the_direction_of_its_segment():
+    """Many turns of a small circle: the window closes on itself, the flow must not vanish."""
+    angle = np.linspace(0, 64 * np.pi, 2000)
+    path = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    along = np.linalg.norm(tangents(path), axis=1)
+    assert np.allclose(along, 1.0)

@@ -39,7 +39,7 @@ def test_the_surface_lies_on_the_ball():
     mesh = surface(ball())
     radius = np.linalg.norm(mesh.vertices, axis=1)
     assert np.abs(radius - RADIUS).max() < 0.1 * GRID.spacing
-    assert signed_volume(mesh) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.01)
+    assert signed_volume(mesh) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.02)
     assert is_closed(mesh)
 
 
@@ -89,3 +89,20 @@ def test_phi_is_half_at_the_surface():
     fields = ball()
     assert fields.phi.min() >= 0 and fields.phi.max() <= 1
     assert ((fields.phi > 0.5) == (fields.distance < 0)).all()
+
+
+def test_volume_is_continuous_and_falls_with_the_threshold():
+    volumes = [signed_volume(surface(ball(), t)) for t in (0.4, 0.49, 0.5, 0.51, 0.6)]
+    assert (np.diff(volumes) < 0).all()
+    assert volumes[1] / volumes[3] == pytest.approx(1, abs=0.02)
+
+
+def test_a_sheet_two_cells_thick_stays_whole():
+    depth = np.abs(GRID.centres()[..., 2] - 0.003) / GRID.spacing - 1.0
+    occupancy = (1 / (1 + np.exp(2 * depth))).astype(np.float32)
+    sheet = Fields(occupancy, np.clip(depth, -AIR, AIR).astype(np.float32),
+                   np.zeros((3, 32, 32, 32), np.float32), GRID)  # fmt: skip
+    mesh = surface(sheet)
+    expected = 0.32 * 0.32 * 2 * GRID.spacing
+    assert signed_volume(mesh) == pytest.approx(expected, rel=0.15)
+    assert is_closed(mesh)

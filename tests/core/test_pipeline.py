@@ -65,11 +65,21 @@ def test_same_seed_same_mesh_and_other_seed_other_mesh(generator):
     )
 
 
-def test_turned_and_moved_strokes_give_the_splash_turned_and_moved(generator):
+@pytest.mark.parametrize("name", SKETCHES)
+def test_the_mesh_holds_the_occupied_volume(generator, name):
+    splash = make_splash(sketch(name), DRAFT, generator)
+    a, b, c = (splash.mesh.vertices[splash.mesh.faces[:, n]].astype(float) for n in range(3))
+    volume = (np.cross(a, b) * c).sum() / 6
+    cell = splash.fields.grid.spacing / splash.frame.scale
+    assert volume / cell**3 == pytest.approx((splash.fields.occupancy > 0.5).sum(), rel=0.15)
+
+
+@pytest.mark.parametrize("name", SKETCHES)
+def test_turned_and_moved_strokes_give_the_splash_turned_and_moved(generator, name):
     rotation = Rotation.random(random_state=3).as_matrix()
     shift = np.array([3.0, -1.0, 2.0])
-    here = make_splash(sketch("wave"), DRAFT, generator)
-    there = make_splash(moved(sketch("wave"), rotation, shift), DRAFT, generator)
+    here = make_splash(sketch(name), DRAFT, generator)
+    there = make_splash(moved(sketch(name), rotation, shift), DRAFT, generator)
     cell = here.fields.grid.spacing / here.frame.scale
     assert mean_distance(here.mesh.vertices @ rotation.T + shift, there.mesh.vertices) < cell / 2
 

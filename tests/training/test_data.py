@@ -16,17 +16,15 @@ from training.dataset import (
     augmented_frame,
     condition_of,
     draw_strokes,
+    held_out_sample,
     load_items,
     sample_on,
     split_of,
-    test_sample,
     training_sample,
 )
 from training.frames import load_scene, make_frame, save_scene
 from training.prepare import lines_path
 from training.simulate import main as simulate_main
-
-test_sample.__test__ = False  # not a test, whatever its name begins with
 
 
 def test_frames_come_back_from_disk(tmp_path: Path):
@@ -90,7 +88,7 @@ def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path):
 
 def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
     for item in load_items(toy_data, "train"):
-        sample, _ = test_sample(item, 64)
+        sample, _ = held_out_sample(item, 64)
         crossed = sample.condition[0] > 0
         assert np.median(sample.distance[crossed]) < 0
         assert (sample.distance[crossed] < 1.5).mean() > 0.95

@@ -109,11 +109,12 @@ def test_liquid_stays_out_of_the_obstacle_and_slows_down():
 def test_liquid_that_reaches_the_wall_is_dropped_and_counted():
     scene = far_away(random_scene(0, COARSE))
     liquid = initial_liquid(scene)
-    positions = liquid.positions.copy()
-    positions[:10] = WALL - 1
-    positions[10] = np.nan
-    after = step(replace(liquid, positions=positions), World.of(scene), 1e-4)
-    assert after.emitted - len(after.positions) == 11
+    positions, velocities = liquid.positions.copy(), liquid.velocities.copy()
+    positions[:10] = WALL + np.arange(10)[:, None] * 0.01 + 0.05
+    velocities[:10] = -1000.0
+    moved = replace(liquid, positions=positions, velocities=velocities)
+    after = step(moved, World.of(scene), 1e-3)
+    assert after.emitted - len(after.positions) == 10
 
 
 def test_frames_differ_and_hold_velocity_where_the_liquid_is():

@@ -10,6 +10,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.network import NetworkConfig  # noqa: E402
+from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
 from training.baselines import best_radius, stroke_distance  # noqa: E402
@@ -134,7 +135,9 @@ def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
     figures = tmp_path / "accuracy.json"
     arguments = (toy_data, "--weights", weights, "--out", figures, "--most", 2, "--grids", 32)
     assert run_command(evaluate.main, *arguments) == 0
-    found = json.loads(figures.read_text())["32"]
+    written = json.loads(figures.read_text())
+    assert written["about"]["weights_hash"] == load_generator(weights, "CPU").weights_hash
+    found = written["32"]
     assert set(found) == {"ours", "dilated_strokes", "nearest"}
     for row in found.values():
         assert 0 <= row["iou"] <= 1
@@ -144,3 +147,20 @@ def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
 def test_export_without_a_run_says_what_to_do(toy_data: Path, tmp_path: Path, run_command, capsys):
     assert run_command(export.main, tmp_path / "none", "--data", toy_data) == 1
     assert "training.train" in capsys.readouterr().err
+
+
+def test_published_figures_are_those_of_the_bundled_weights_and_beat_both_baselines():
+    root = Path(__file__).resolve().parents[2]
+    published = json.loads((root / "docs" / "results" / "accuracy.json").read_text())
+    generator = load_generator(device="CPU")
+    assert published["about"]["weights_hash"] == generator.weights_hash
+    assert generator.header["figures"]["128"] == published["128"]
+    for cells in ("64", "128"):
+        rows = published[cells]
+        assert rows["ours"]["iou"] > max(rows["dilated_strokes"]["iou"], rows["nearest"]["iou"])
+
+
+def test_default_size_is_the_median_of_training():
+    assert SplashSettings().real_size == pytest.approx(
+        load_generator(device="CPU").header["real_size"], rel=0.1
+    )
