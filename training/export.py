@@ -26,7 +26,7 @@ from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
 from .train import VELOCITY_SCALE, collate
 
-THRESHOLDS = np.linspace(0.2, 0.7, 26)
+THRESHOLDS = np.linspace(0.2, 0.8, 31)
 
 
 def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:

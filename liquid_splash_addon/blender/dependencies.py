@@ -31,4 +31,6 @@ def install_command() -> str:
     folder = bpy.utils.user_resource("SCRIPTS", path="modules")
     # pip puts a NumPy of its own there: it must be the one that Blender was built with.
     packages = " ".join([*missing_packages(), f"numpy=={np.__version__}"])
-    return f'"{sys.executable}" -m pip install --target "{folder}" {packages}'
+    # PowerShell, which Windows opens by default, runs a quoted path only after an ampersand.
+    call = "& " if sys.platform == "win32" else ""
+    return f'{call}"{sys.executable}" -m pip install --target "{folder}" {packages}'

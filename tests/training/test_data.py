@@ -9,12 +9,10 @@ import pytest
 from liquid_splash_addon.core.alignment import fit_frame
 from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.pipeline import prepare_frame
+from liquid_splash_addon.core.pipeline import Cancelled, make_splash
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.voxels import rasterize
 from training.dataset import (
     augmented_frame,
-    condition_of,
     draw_strokes,
     held_out_sample,
     load_items,
@@ -73,17 +71,29 @@ def test_strokes_follow_the_flow(toy_data: Path):
         assert np.median(along) > 0.9
 
 
-def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path):
+class Recorder:
+    """Stands where the generator does, keeps the condition it is given, and stops there."""
+
+    config = None
+
+    def generate(self, condition, grid, latent):
+        self.condition, self.grid = condition, grid
+        raise Cancelled
+
+
+@pytest.mark.parametrize("cells", [64, 128])
+def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path, cells: int):
     """What training shows the network for some Strokes is what the add-on shows it."""
     item = load_items(toy_data, "train")[0]
     strokes = draw_strokes(item.lines, np.random.default_rng(1), (5, 20), jitter=True)
-    settings = SplashSettings(real_size=0.0, speed_gain=1.0)
-    for cells in (64, 128):
-        grid = Grid.local(cells)
-        frame = prepare_frame(strokes, settings, None)
-        ours = rasterize(frame.strokes_to_local(strokes, settings.speed_gain), grid)
-        theirs = condition_of(strokes, fit_frame(strokes), grid)
-        assert ours.tobytes() == theirs.tobytes()
+    settings = SplashSettings(real_size=0.0, speed_gain=1.0, resolution=str(cells))
+    recorder = Recorder()
+    with pytest.raises(Cancelled):
+        make_splash(strokes, settings, recorder)
+    assert recorder.grid == Grid.local(cells)
+    sample = sample_on(item, strokes, fit_frame(strokes), recorder.grid)
+    assert sample.condition.tobytes() == recorder.condition.tobytes()
+    assert sample.condition.any()
 
 
 def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
