@@ -26,9 +26,8 @@ def get(path: Path | None, device: str) -> Generator:
     changed = path.stat().st_mtime_ns if path.is_file() else 0
     key = (path, changed, device)
     if key not in _loaded:
-        generator = load_generator(path, device)
-        _loaded.clear()
-        _loaded[key] = generator
+        free()
+        _loaded[key] = load_generator(path, device)
     return _loaded[key]
 
 

@@ -6,6 +6,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.alignment import fit_frame, principal_axes
+from liquid_splash_addon.core.drawing import strokes_from_drawings
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketches import example_sketch
 from liquid_splash_addon.core.strokes import Stroke, StrokeError, resampled_points
 
 from .sketching import fan, line, moved
@@ -45,9 +48,15 @@ def test_frame_turns_and_moves_with_the_strokes(seed):
     assert there.scale == pytest.approx(here.scale, rel=1e-3)
 
 
-def test_a_small_jitter_turns_the_frame_little():
-    strokes = fan()
-    points, _ = resampled_points(strokes, 0.001)
+def wave():
+    """Return the bundled wave: flat, symmetric across, drawn from one side to the other."""
+    return strokes_from_drawings(example_sketch("wave"), SplashSettings())[0]
+
+
+@pytest.mark.parametrize("draw", [fan, wave])
+def test_a_small_jitter_turns_the_frame_little(draw):
+    strokes = draw()
+    points, _ = resampled_points(strokes, 0.005 * np.ptp(strokes[0].points, axis=0).max())
     variances = principal_axes(points.astype(float))[2]
     assert (variances[:-1] / variances[1:] > 1.15).all()
     frame = fit_frame(strokes)
