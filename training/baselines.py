@@ -15,6 +15,7 @@ from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke, resampled_points
 
 from .dataset import STROKES_IN_TESTS, Item, draw_strokes, resample
+from .metrics import iou
 
 POINTS = 256
 """Points that stand for a sketch in the search for the nearest one."""
@@ -30,8 +31,8 @@ def best_radius(distances: Sequence[np.ndarray], truths: Sequence[np.ndarray]) -
     radii = np.arange(0.5, 16, 0.5)
     scores = []
     for radius in radii:
-        pairs = [(d <= radius, t) for d, t in zip(distances, truths, strict=True)]
-        scores.append(np.mean([(a & b).sum() / max((a | b).sum(), 1) for a, b in pairs]))
+        pairs = zip(distances, truths, strict=True)
+        scores.append(np.mean([iou(distance <= radius, truth) for distance, truth in pairs]))
     return float(radii[int(np.argmax(scores))])
 
 

@@ -24,6 +24,7 @@ from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
 from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
+from .metrics import iou
 from .train import VELOCITY_SCALE, collate
 
 THRESHOLDS = np.linspace(0.2, 0.8, 31)
@@ -48,11 +49,6 @@ def best_threshold(network: SplashNetwork, items: Sequence[Item], grids: Iterabl
             truth = batch.distance[0].numpy() < 0
             scores.append([iou(probability > t, truth) for t in THRESHOLDS])
     return float(THRESHOLDS[int(np.mean(scores, axis=0).argmax())])
-
-
-def iou(guess: np.ndarray, truth: np.ndarray) -> float:
-    """Return intersection over union of two bool arrays."""
-    return float((guess & truth).sum() / max((guess | truth).sum(), 1))
 
 
 def fold_threshold(network: SplashNetwork, threshold: float) -> None:

@@ -19,7 +19,7 @@ def occupancy_metrics(guess: np.ndarray, truth: np.ndarray, spacing: float) -> d
     both = float((guess & truth).sum())
     mine, theirs = float(guess.sum()), float(truth.sum())
     result = {
-        "iou": both / max(mine + theirs - both, 1.0),
+        "iou": iou(guess, truth),
         "tpr": both / max(theirs, 1.0),
         "precision": both / max(mine, 1.0),
         "fpr": (mine - both) / max(truth.size - theirs, 1.0),
@@ -37,6 +37,11 @@ def occupancy_metrics(guess: np.ndarray, truth: np.ndarray, spacing: float) -> d
         result[f"{name}_cells"] = value
         result[f"{name}_mm"] = value * spacing * 1000
     return result
+
+
+def iou(guess: np.ndarray, truth: np.ndarray) -> float:
+    """Return intersection over union of two bool arrays; 0 where both are empty."""
+    return float((guess & truth).sum() / max((guess | truth).sum(), 1))
 
 
 def surface_cells(occupied: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ whatever fails before leaves it as it was.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -27,8 +26,7 @@ from .properties import assign_settings, plain
 
 if TYPE_CHECKING:
     from ..core.meshing import Mesh
-
-Report = Callable[[str, float], None]
+    from ..core.pipeline import Report
 
 
 class SceneError(ValueError):

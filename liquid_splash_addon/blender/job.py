@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-Report = Callable[[str, float], None]
+if TYPE_CHECKING:
+    from ..core.pipeline import Report
 
 STOP_SECONDS = 30.0
 """How long quitting or unregistering waits for the thread: the generator cannot be interrupted."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from .alignment import longest_side
 from .settings import SplashSettings
-from .strokes import Stroke, StrokeError, arc_length
+from .strokes import Stroke, StrokeError, arc_length, check_strokes
 
 VELOCITY_WINDOW = 0.06
 """Seconds over which speed is estimated. Recorded times jitter by an event or two (11-45 ms)."""
@@ -159,8 +159,6 @@ def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
 
 def check_drawings(drawings: Sequence[Drawing]) -> None:
     """Raise StrokeError with advice if any drawing has no usable points."""
-    from .strokes import check_strokes
-
     check_strokes([Stroke(d.points, np.zeros_like(d.points, dtype=np.float32)) for d in drawings])
     for number, drawing in enumerate(drawings, start=1):
         for name in ("times", "pressures"):

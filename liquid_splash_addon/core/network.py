@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 CONDITION_CHANNELS = 4  # occupancy, velocity x, y, z
 OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
@@ -180,10 +181,6 @@ def unfold(x: Tensor) -> Tensor:
 
 def fold_norm(network: SplashNetwork) -> SplashNetwork:
     """Return an equal network without batch norm: its running statistics become weights."""
-    from dataclasses import replace
-
-    from torch.nn.utils.fusion import fuse_conv_bn_eval
-
     network.eval()
     folded = SplashNetwork(replace(network.config, norm=False)).eval()
     source = dict(network.named_modules())

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .drawing import Drawing
+from .strokes import arc_length
 
 POINTS = 48
 """Points along each stroke."""
@@ -18,8 +19,6 @@ HAND_SPEED = 4.0
 
 def draw(path: np.ndarray, speed: float = HAND_SPEED) -> Drawing:
     """Return the stroke along ``path`` ``(n, 3)``, Blender units, at a constant ``speed``."""
-    from .strokes import arc_length
-
     return Drawing(path, arc_length(path) / speed, np.ones(len(path)))
 
 
