@@ -2,9 +2,8 @@
 """Makes the weights. The commands, in order::
 
 python -m training.simulate --scenes N --out DATA     liquid -> frames
-python -m training.prepare DATA                       frames -> streamlines
 python -m training.inspect DATA                       what the data hold
-python -m training.train DATA --out RUN               streamlines and frames -> checkpoints
+python -m training.train DATA --out RUN               frames -> checkpoints
 python -m training.export RUN --data DATA             the add-on's weights
 python -m training.evaluate DATA --out FILE           figures on scenes never trained on
 """

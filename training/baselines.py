@@ -14,7 +14,7 @@ from liquid_splash_addon.core.alignment import fit_frame
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke, resampled_points
 
-from .dataset import STROKES_IN_TESTS, Item, draw_strokes, resample
+from .dataset import Item, held_out_strokes, resample
 from .metrics import iou
 
 POINTS = 256
@@ -50,7 +50,7 @@ class NearestExample:
         rng = np.random.default_rng(seed)
         self.items = items
         self.strokes = [
-            draw_strokes(item.lines, rng, STROKES_IN_TESTS, jitter=False)
+            held_out_strokes(item, item.load())
             for item in tqdm(items, desc="training sketches", leave=False)
         ]
         self.clouds = np.stack([sketch_points(s, rng) for s in self.strokes])

@@ -15,23 +15,15 @@ from numba import njit
 from liquid_splash_addon.core.alignment import NEAR_EQUAL, fit_frame, principal_axes
 from liquid_splash_addon.core.alignment import Frame as LocalFrame
 from liquid_splash_addon.core.fields import AIR
-from liquid_splash_addon.core.fluid.streamlines import representatives, trilinear, velocity_at
+from liquid_splash_addon.core.fluid.streamlines import trilinear, velocity_at
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
 
 from .frames import Frame, load_frame, load_parameters
-from .prepare import lines_path, load_lines
+from .sketching import STROKES_IN_TESTS, STROKES_IN_TRAINING, draw_strokes, trace_frame
 
-STROKES_IN_TRAINING = (1, 20)
-STROKES_IN_TESTS = (5, 20)
-"""Range of the number of strokes; the second is the paper's (4.2.2)."""
-
-JITTER = 0.002
-"""Metres by which a training stroke is moved, as a slow wobble along it (a hand's)."""
-
-SPEED_NOISE = 0.1
-"""Relative error of a training stroke's speed."""
+SPLITS = ("train", "validation", "test")
 
 TENTH = 10
 """One scene in ten is for validation, one for tests."""
@@ -52,13 +44,17 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class Item:
-    """One frame of the data set: scene file, number, streamlines, seconds since impact."""
+    """One frame of the data set: scene file, number in it, seconds since impact, cell in metres."""
 
     scene: Path
     number: int
-    lines: Sequence[np.ndarray]
     time: float
     spacing: float
+
+    @property
+    def seed(self) -> int:
+        """Seed of the scene."""
+        return int(self.scene.stem[-6:])
 
     def load(self) -> Frame:
         """Read the frame."""
@@ -73,43 +69,21 @@ def split_of(seed: int) -> str:
 
 def load_items(data: Path, split: str) -> list[Item]:
     """Return the frames of one split, by scene and time; ValueError if there are none."""
-    items = []
-    for scene in sorted(data.glob("scene_*.npz")):
-        if split_of(int(scene.stem[-6:])) != split or not lines_path(scene).exists():
-            continue
-        parameters, times = load_parameters(scene)
-        for number, lines in load_lines(lines_path(scene)).items():
-            items.append(Item(scene, number, lines, times[number], parameters["spacing"]))
+    items = list_items(data, split)
     if not items:
-        raise ValueError(
-            f"no {split} frames in {data}: run training.simulate with more scenes, "
-            "then training.prepare"
-        )
+        raise ValueError(f"no {split} frames in {data}: run training.simulate with more scenes")
     return items
 
 
-def draw_strokes(
-    lines: Sequence[np.ndarray], rng: np.random.Generator, counts: tuple[int, int], jitter: bool
-) -> list[Stroke]:
-    """Return strokes that a user might have drawn for these streamlines.
-
-    lines : ``(m, 6)`` each, metres and m/s. A random half or more of them is clustered down to
-    a random number in ``counts``; the medoids are the strokes.
-    """
-    size = max(int(len(lines) * rng.uniform(0.5, 1.0)), 1)
-    some = [lines[i] for i in rng.choice(len(lines), size, replace=False)]
-    chosen = representatives(some, int(rng.integers(counts[0], counts[1] + 1)))
-    strokes = [Stroke(some[i][:, :3], some[i][:, 3:]) for i in chosen]
-    return [wobble(stroke, rng) for stroke in strokes] if jitter else strokes
-
-
-def wobble(stroke: Stroke, rng: np.random.Generator) -> Stroke:
-    """Return the stroke as an unsteady hand would draw it: slowly displaced, speed a bit off."""
-    knots = rng.normal(0, JITTER, (4, 3))
-    where = np.linspace(0, 3, len(stroke.points))
-    offset = np.stack([np.interp(where, np.arange(4), knots[:, a]) for a in range(3)], axis=1)
-    factor = 1 + SPEED_NOISE * rng.normal()
-    return Stroke(stroke.points + offset, stroke.velocities * max(factor, 0.1))
+def list_items(data: Path, split: str) -> list[Item]:
+    """Return the frames of one split, by scene and time."""
+    items = []
+    for scene in sorted(data.glob("scene_*.npz")):
+        if split_of(int(scene.stem[-6:])) == split:
+            parameters = load_parameters(scene)
+            for number, time in enumerate(parameters["times"]):
+                items.append(Item(scene, number, time, parameters["stored_spacing"]))
+    return items
 
 
 def augmented_frame(
@@ -134,10 +108,11 @@ def condition_of(strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid) -> np
     return rasterize(frame.strokes_to_local(strokes), grid)
 
 
-def sample_on(item: Item, strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid) -> Sample:
-    """Return condition and truth of ``item`` on ``grid`` in the local ``frame``."""
-    stored = item.load()
-    distance, velocity = resample(stored, item.spacing, frame, grid)
+def sample_on(
+    stored: Frame, spacing: float, strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid
+) -> Sample:
+    """Return condition and truth of a stored frame on ``grid`` in the local ``frame``."""
+    distance, velocity = resample(stored, spacing, frame, grid)
     return Sample(condition_of(strokes, frame, grid), distance, velocity, grid)
 
 
@@ -156,7 +131,7 @@ def resample(
     velocity = np.zeros((3, *grid.shape), dtype=np.float32)
     ratio = spacing / grid.spacing
     _resample(
-        stored.distance_cells(), stored.dense_velocity(), steps, start, ratio, frame.axes,
+        stored.signed_distance, stored.block_velocity, steps, start, ratio, frame.axes,
         distance, velocity,
     )  # fmt: skip
     return distance, velocity
@@ -203,19 +178,26 @@ def random_crop(
 
 def training_sample(item: Item, rng: np.random.Generator, fine: bool, cells: int = 64) -> Sample:
     """Return a random pair: a crop at full resolution if ``fine``, else the box as a draft."""
-    strokes = draw_strokes(item.lines, rng, STROKES_IN_TRAINING, jitter=True)
+    stored = item.load()
+    lines = trace_frame(stored, item.spacing, rng)
+    strokes = draw_strokes(lines, rng, STROKES_IN_TRAINING, jitter=True)
     frame = augmented_frame(fit_frame(strokes), strokes, rng)
     grid = random_crop(strokes, frame, cells, rng) if fine else Grid.local(cells)
-    return sample_on(item, strokes, frame, grid)
+    return sample_on(stored, item.spacing, strokes, frame, grid)
 
 
-def held_out_sample(
-    item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS
-) -> tuple[Sample, list[Stroke]]:
+def held_out_strokes(item: Item, stored: Frame) -> list[Stroke]:
+    """Return the strokes of a frame for figures: as many as the paper's, the same at every call."""
+    rng = np.random.default_rng([item.seed, item.number])
+    lines = trace_frame(stored, item.spacing, rng)
+    return draw_strokes(lines, rng, STROKES_IN_TESTS, jitter=False)
+
+
+def held_out_sample(item: Item, cells: int) -> tuple[Sample, list[Stroke]]:
     """Return the pair and strokes of an unseen frame, the same at every call."""
-    rng = np.random.default_rng([int(item.scene.stem[-6:]), item.number])
-    strokes = draw_strokes(item.lines, rng, counts, jitter=False)
-    return sample_on(item, strokes, fit_frame(strokes), Grid.local(cells)), strokes
+    stored = item.load()
+    strokes = held_out_strokes(item, stored)
+    return sample_on(stored, item.spacing, strokes, fit_frame(strokes), Grid.local(cells)), strokes
 
 
 def training_samples(items: Sequence[Item], seed: int, cells: int = 64) -> Iterator[Sample]:

@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solid obstacles as signed distances (paper, 4.2.1: sphere, cube, cylinder and cone)."""
+"""Solid obstacles as signed distances (paper, 4.2.1: sphere, cube, cylinder and cone; or none)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 
 SHAPES = ("sphere", "cube", "cylinder", "cone")
+"""Solids that liquid is shot at."""
+
+KINDS = (*SHAPES, "tank")
+
+SKIN = 0.1
+"""Particles are kept this many cells outside of solids."""
+
+FAR = 1e6
+"""Distance of the shape "none" from everything."""
 
 SAMPLES = 4
 """Points along each edge of a face at which its open share is sampled."""
@@ -20,9 +29,10 @@ class Obstacle:
 
     Attributes
     ----------
-    shape : one of SHAPES
-    size : radius of the sphere, of the cylinder or of the cone's base; half edge of the cube
-    height : half height of the cylinder and the cone
+    shape : one of KINDS, or "none"; a tank is solid outside, free inside
+    size : radius of the sphere, of the cylinder or of the cone's base; half edge of the cube;
+        half width of the tank along its first two axes
+    height : half height of the cylinder, the cone and the tank (along the third axis)
     centre : ``(3,)``
     axes : ``(3, 3)`` rotation; rows are the body's own axes, the third its axis of symmetry
 
@@ -38,27 +48,49 @@ class Obstacle:
     def packed(self) -> tuple[int, float, float, np.ndarray, np.ndarray]:
         """Return what the compiled functions take."""
         centre, axes = np.asarray(self.centre, float), np.asarray(self.axes, float)
-        return SHAPES.index(self.shape), float(self.size), float(self.height), centre, axes
+        kind = -1 if self.shape == "none" else KINDS.index(self.shape)
+        return kind, float(self.size), float(self.height), centre, axes
+
+    def scaled(self, factor: float) -> Obstacle:
+        """Return the body with all lengths times ``factor``."""
+        return replace(
+            self,
+            size=self.size * factor,
+            height=self.height * factor,
+            centre=np.asarray(self.centre) * factor,
+        )
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance ``(n,)`` at ``points`` ``(n, 3)``, negative inside."""
         return _distances(points, *self.packed())
 
 
+NOTHING = Obstacle("none", 0.0, 0.0, np.zeros(3), np.eye(3))
+
+
 @njit(cache=True)
 def body_distance(kind, size, height, x, y, z):
     """Return the signed distance of a body in its own axes, centred on the origin."""
+    if kind < 0:
+        return FAR
     if kind == 0:
         return np.sqrt(x * x + y * y + z * z) - size
     if kind == 1:
-        a, b, c = abs(x) - size, abs(y) - size, abs(z) - size
-        outside = np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2 + max(c, 0.0) ** 2)
-        return outside + min(max(a, b, c), 0.0)
+        return _box_distance(size, size, x, y, z)
+    if kind == 4:
+        return -_box_distance(size, height, x, y, z)
     radial = np.sqrt(x * x + y * y)
     if kind == 2:
         a, b = radial - size, abs(z) - height
         return np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2) + min(max(a, b), 0.0)
     return _cone_distance(size, height, radial, z)
+
+
+@njit(cache=True)
+def _box_distance(size, height, x, y, z):
+    a, b, c = abs(x) - size, abs(y) - size, abs(z) - height
+    outside = np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2 + max(c, 0.0) ** 2)
+    return outside + min(max(a, b, c), 0.0)
 
 
 @njit(cache=True)
@@ -142,19 +174,24 @@ def _collide(positions, velocities, kind, size, height, centre, axes):
     for p in range(len(positions)):
         x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
         d = world_distance(kind, size, height, centre, axes, x, y, z)
-        if d > 0.1:
+        if d > SKIN:
             continue
-        nx = world_distance(kind, size, height, centre, axes, x + h, y, z) - d
-        ny = world_distance(kind, size, height, centre, axes, x, y + h, z) - d
-        nz = world_distance(kind, size, height, centre, axes, x, y, z + h) - d
+        nx = world_distance(kind, size, height, centre, axes, x + h, y, z)
+        nx -= world_distance(kind, size, height, centre, axes, x - h, y, z)
+        ny = world_distance(kind, size, height, centre, axes, x, y + h, z)
+        ny -= world_distance(kind, size, height, centre, axes, x, y - h, z)
+        nz = world_distance(kind, size, height, centre, axes, x, y, z + h)
+        nz -= world_distance(kind, size, height, centre, axes, x, y, z - h)
         size_n = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
         nx, ny, nz = nx / size_n, ny / size_n, nz / size_n
-        push = 0.1 - d
+        push = SKIN - d
         positions[p, 0] += push * nx
         positions[p, 1] += push * ny
         positions[p, 2] += push * nz
         inward = velocities[p, 0] * nx + velocities[p, 1] * ny + velocities[p, 2] * nz
         if inward < 0:
-            velocities[p, 0] -= inward * nx
-            velocities[p, 1] -= inward * ny
-            velocities[p, 2] -= inward * nz
+            # More the deeper it is: whether it is stopped must not hang on rounding.
+            stop = inward * min(push / SKIN, 1.0)
+            velocities[p, 0] -= stop * nx
+            velocities[p, 1] -= stop * ny
+            velocities[p, 2] -= stop * nz

@@ -1,95 +1,130 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random scenes: a short streamlet shot at a solid (paper, 4.2.1)."""
+"""A scene: short cylinders of liquid in flight, a pool perhaps, and a solid (paper, 4.2.1)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
+from liquid_splash_addon.core.fluid.particles import Particles
 
-from .obstacles import SHAPES, Obstacle
+from .obstacles import Obstacle
 
-LENGTH = (0.05, 0.25)
-RADIUS = (0.005, 0.050)
-SPEED = (0.5, 5.0)
-"""Ranges of the streamlet's length (m), radius (m) and speed (m/s): the paper's."""
+SPACING = 0.5
+"""Distance of neighbouring particles at the start, cells: 8 a cell."""
 
-BODY = (0.015, 0.080)
-"""Range of the obstacle's radius or half edge, metres (the paper gives none)."""
-
-TILT_DEG = 60.0
-"""Largest angle between the streamlet and the vertical."""
-
-GAP = 1.5
-"""Cells between the streamlet's tip and the obstacle at the start."""
-
-
-CORE = 0.4
-"""Share of the streamlet's radius that must hit the body; a mere graze makes no splash."""
-
-APPROACH = 0.5
-"""Metres before the obstacle's middle at which the search for the impact begins."""
+JITTER = 0.02
+"""Largest displacement of a particle along each axis at the start, cells."""
 
 
 @dataclass(frozen=True)
-class Scene:
-    """One simulation: a cylinder of liquid flying at an obstacle. Metres, seconds, z up.
+class Streamlet:
+    """A cylinder of liquid with one velocity. Metres, metres per second.
 
     Attributes
     ----------
-    seed : the number that all random choices come from
-    cells, spacing : cells along each side of the box, edge of a cell
-    length, radius, speed : of the streamlet
-    tip : ``(3,)``, centre of the streamlet's front
-    direction : ``(3,)``, unit vector of its flight
-    obstacle : in metres
+    length, radius, speed : numbers
+    tip : ``(3,)``, centre of the front
+    direction : ``(3,)``, unit vector of the flight and the axis
     """
 
-    seed: int
-    cells: int
-    spacing: float
     length: float
     radius: float
     speed: float
     tip: np.ndarray
     direction: np.ndarray
-    obstacle: Obstacle
+
+    def contains(self, points: np.ndarray, margin: float = 0.0) -> np.ndarray:
+        """Return which of ``points`` ``(n, 3)`` lie inside or within ``margin`` metres."""
+        offset = points - self.tip
+        along = offset @ self.direction
+        across = np.linalg.norm(offset - along[:, None] * self.direction, axis=1)
+        lengthwise = (along <= margin) & (along >= -self.length - margin)
+        return np.asarray(lengthwise & (across <= self.radius + margin))
+
+    def shifted(self, by: np.ndarray) -> Streamlet:
+        """Return the streamlet moved by ``by`` ``(3,)`` metres."""
+        return replace(self, tip=self.tip + by)
+
+    def fill(self, spacing: float, rng: np.random.Generator) -> Particles:
+        """Return its particles, in cells of ``spacing`` metres.
+
+        They lie on rings around the axis, whose turns are random and go on by the golden angle
+        from layer to layer: even where a jittered lattice would have clumps at the grid's
+        scale, from which sheets tear at random.
+        """
+        radius, length = self.radius / spacing, self.length / spacing
+        rings = max(round(radius / SPACING), 1)
+        layers = max(round(length / SPACING), 1)
+        first = side_direction(self.direction, 0.0)
+        second = np.cross(self.direction, first)
+        depth = (np.arange(layers) + 0.5) * length / layers
+        positions = []
+        for ring in range(rings):
+            around = max(round(np.pi * (2 * ring + 1)), 1)
+            turns = rng.random() + GOLDEN * np.arange(layers)
+            angle = 2 * np.pi * (np.arange(around)[None] + turns[:, None]) / around
+            across = (ring + 0.5) * radius / rings
+            circle = across * (np.cos(angle)[..., None] * first + np.sin(angle)[..., None] * second)
+            positions.append((circle - depth[:, None, None] * self.direction).reshape(-1, 3))
+        points = np.concatenate(positions) + self.tip / spacing
+        points += rng.uniform(-JITTER, JITTER, points.shape)
+        volume = np.pi * radius**2 * length / len(points)
+        return Particles.moving(points, self.direction * self.speed / spacing, volume)
 
 
-def random_scene(seed: int, resolution: int = LOCAL_CELLS) -> Scene:
-    """Return the scene with this seed; ``resolution`` is cells per side of the local box.
+GOLDEN = (3 - np.sqrt(5)) / 2
 
-    The box has twice the local box's side and the impact lies at its middle. A coarser
-    resolution widens the thinnest streamlets (radii are at least 1.5 cells) and the gap before
-    the obstacle.
+
+@dataclass(frozen=True)
+class Scene:
+    """One simulation, z up.
+
+    Attributes
+    ----------
+    seed : the number that all random choices come from
+    family : what kind of scene, see ``families``
+    cells, spacing : cells along each side of the box; edge of a cell, metres
+    streamlets : at least one; a pool is one at rest
+    obstacle : in metres
+    impact : seconds from the start until the liquid first meets the solid or other liquid
     """
-    rng = np.random.default_rng(seed)
-    spacing = LOCAL_SPACING * LOCAL_CELLS / resolution
-    length, radius, speed = (float(rng.uniform(*limits)) for limits in (LENGTH, RADIUS, SPEED))
-    radius = max(radius, 1.5 * spacing)
-    shape = SHAPES[rng.integers(len(SHAPES))]
-    size = float(rng.uniform(*BODY))
-    height = float(rng.uniform(*BODY))
-    axes = Rotation.random(random_state=rng).as_matrix()
-    tilt = np.radians(TILT_DEG) * np.sqrt(rng.random())
-    turn = rng.uniform(0, 2 * np.pi)
-    direction = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
-    middle = np.full(3, resolution * spacing)
-    body = Obstacle(shape, size, height, middle, axes)
-    tip = None
-    while tip is None:  # a draw that misses the body is no scene
-        side = side_direction(direction, rng.uniform(0, 2 * np.pi))
-        offset = side * (size + radius) * np.sqrt(rng.random())
-        if touching_tip(body, middle + offset, direction, CORE * radius, 0.1 * spacing) is None:
-            continue
-        tip = touching_tip(body, middle + offset, direction, radius, GAP * spacing)
-    # The streamlet's front, where the splash begins, goes to the middle of the box.
-    shift = middle - tip
-    body = Obstacle(shape, size, height, middle + shift, axes)
-    return Scene(seed, 2 * resolution, spacing, length, radius, speed, tip + shift, direction, body)
+
+    seed: int
+    family: str
+    cells: int
+    spacing: float
+    streamlets: tuple[Streamlet, ...]
+    obstacle: Obstacle
+    impact: float
+
+    def shifted(self, by: np.ndarray) -> Scene:
+        """Return the scene with everything in it moved by ``by`` ``(3,)`` metres."""
+        return replace(
+            self,
+            streamlets=tuple(s.shifted(by) for s in self.streamlets),
+            obstacle=replace(self.obstacle, centre=self.obstacle.centre + by),
+        )
+
+    def fill(self, jitter_seed: int = 0) -> Particles:
+        """Return the particles at the start; another ``jitter_seed`` makes a twin."""
+        rng = np.random.default_rng([self.seed, jitter_seed])
+        return Particles.joined(*(s.fill(self.spacing, rng) for s in self.streamlets))
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what made the scene, for JSON."""
+        return dict(to_plain(asdict(self)))
+
+
+def to_plain(value: Any) -> Any:
+    """Return ``value`` with arrays as lists, all the way down."""
+    if isinstance(value, dict):
+        return {key: to_plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [to_plain(inner) for inner in value]
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
 def side_direction(direction: np.ndarray, angle: float) -> np.ndarray:
@@ -98,41 +133,3 @@ def side_direction(direction: np.ndarray, angle: float) -> np.ndarray:
     first = np.cross(direction, helper)
     first /= np.linalg.norm(first)
     return np.cos(angle) * first + np.sin(angle) * np.cross(direction, first)
-
-
-def touching_tip(
-    body: Obstacle, target: np.ndarray, direction: np.ndarray, radius: float, gap: float
-) -> np.ndarray | None:
-    """Return where the front's centre is when it first comes within ``gap`` of the body.
-
-    The front, a disc sampled at 65 points, moves along ``direction`` through ``target``.
-    Returns None if it misses.
-    """
-    rings = [target]
-    for share in (0.5, 1.0):
-        for angle in np.arange(0, 2 * np.pi, np.pi / 16):
-            rings.append(target + share * radius * side_direction(direction, angle))
-    front = np.stack(rings) - APPROACH * direction
-    travelled = 0.0
-    while travelled < 2 * APPROACH:
-        near = float(body.distance(front + travelled * direction).min())
-        if near <= gap * 1.01:
-            return front[0] + travelled * direction
-        travelled += near - gap
-    return None
-
-
-def fill(scene: Scene, rng: np.random.Generator) -> np.ndarray:
-    """Return the streamlet's particles, float32 ``(n, 3)`` in cells: 8 a cell, jittered."""
-    back = scene.tip - scene.length * scene.direction
-    low = (np.minimum(scene.tip, back) - scene.radius) / scene.spacing
-    high = (np.maximum(scene.tip, back) + scene.radius) / scene.spacing
-    low, high = np.floor(low).astype(int), np.ceil(high).astype(int)
-    axes = [np.arange(low[a], high[a], 0.5) + 0.25 for a in range(3)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    points += rng.uniform(-0.2, 0.2, points.shape)
-    offset = points * scene.spacing - scene.tip
-    along = offset @ scene.direction
-    across = np.linalg.norm(offset - along[:, None] * scene.direction, axis=1)
-    inside = (along <= 0) & (along >= -scene.length) & (across <= scene.radius)
-    return points[inside].astype(np.float32)

@@ -12,56 +12,80 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict
-from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from liquid_splash_addon.core.fluid.cells import Cells
-from liquid_splash_addon.core.fluid.surface import BAND, deepen, particle_distance
-from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
+from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 
-from .frames import Frame, make_frame, save_scene, scene_path
-from .scenes import GAP, Scene, random_scene
-from .stepping import Liquid, World, advance, flow, initial_liquid
+from .families import FAMILIES, random_scene
+from .frames import Frame, pack_scene, scene_path, write_whole
+from .scenes import Scene
+from .scheduling import SchedulingError, run_everywhere
+from .sketching import FEWEST_LINES, STROKES_IN_TESTS, draw_strokes, trace_frame
+from .snapshot import take_frame
+from .stepping import Liquid, Physics, World, advance, initial_liquid
 
 FIRST, LAST = 0.05, 0.5
 """Seconds after impact between which frames are kept (paper, 4.2.1)."""
 
-EVERY = 0.0125
-"""Seconds between the moments looked at."""
+SHORTEST_WAIT, WAIT = 0.008, 0.1
+"""Seconds between the moments looked at: at least the first, and this share of the time since
+impact. Fast splashes are over soon, slow ones change slowly."""
 
 NEW = 0.75
 """A frame is kept if the IoU of its cells with those of the last one kept is below this."""
 
-MOST_FRAMES = 12
+MOST_FRAMES = 16
 
-ENOUGH_INSIDE = 0.7
-"""The run stops when less of the liquid than this fits the local box: later frames would be
-dropped (see prepare), and spray is expensive."""
+LEAST_INSIDE = 0.8
+"""Share of the emitted liquid that must lie in the local box of the frame's own strokes."""
+
+GIVE_UP = 0.7
+"""A run stops when less of the liquid than this lies in a local box along its own axes."""
 
 
-def simulate(scene: Scene, jitter_seed: int = 0) -> Iterator[Frame]:
-    """Yield the representative frames of ``scene``."""
-    world, liquid = World.of(scene), initial_liquid(scene, jitter_seed)
-    impact = GAP * scene.spacing / scene.speed
+def looks() -> Iterator[float]:
+    """Yield the moments, seconds after impact, at which a frame may be taken."""
+    time = FIRST
+    while time <= LAST:
+        yield time
+        time += max(SHORTEST_WAIT, WAIT * time)
+
+
+def simulate(
+    scene: Scene,
+    stored_spacing: float | None = None,
+    jitter_seed: int = 0,
+    physics: Physics | None = None,
+) -> Iterator[Frame]:
+    """Yield the representative frames of ``scene``.
+
+    stored_spacing : cell of the frames, metres; None for the simulation's.
+    """
+    stored_spacing = stored_spacing or scene.spacing
+    world, liquid = World.of(scene, physics), initial_liquid(scene, jitter_seed)
     kept: np.ndarray | None = None
     count = 0
-    for time in np.arange(FIRST, LAST + EVERY / 2, EVERY):
-        liquid = advance(liquid, world, float(impact + time))
-        if share_in_box(liquid, scene) < ENOUGH_INSIDE or count == MOST_FRAMES:
+    for time in looks():
+        liquid = advance(liquid, world, scene.impact + time)
+        if count == MOST_FRAMES or share_in_own_box(liquid, scene.spacing) < GIVE_UP:
             return
-        occupied = np.unique(
-            np.ravel_multi_index(tuple(liquid.positions.astype(int).T), (world.cells,) * 3)
-        )
-        if kept is None or overlap(kept, occupied) < NEW:
+        occupied = occupied_cells(liquid, scene.spacing / stored_spacing)
+        if kept is not None and overlap(kept, occupied) >= NEW:
+            continue
+        frame = take_frame(liquid, world, scene.spacing, stored_spacing, time)
+        if share_in_sketch_box(liquid, scene, frame, stored_spacing) >= LEAST_INSIDE:
             kept, count = occupied, count + 1
-            yield take_frame(liquid, world, scene, float(time))
+            yield frame
+
+
+def occupied_cells(liquid: Liquid, scale: float) -> np.ndarray:
+    """Return the sorted numbers of the cells that hold particles; ``scale`` cells to a cell."""
+    cells = (liquid.particles.positions * scale).astype(np.int64)
+    return np.unique((cells[:, 0] << 40) + (cells[:, 1] << 20) + cells[:, 2])
 
 
 def overlap(first: np.ndarray, second: np.ndarray) -> float:
@@ -70,98 +94,106 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
     return common / (len(first) + len(second) - common)
 
 
-def share_in_box(liquid: Liquid, scene: Scene) -> float:
+def share_in_own_box(liquid: Liquid, spacing: float) -> float:
     """Return the share of the emitted liquid in a local box along the liquid's own axes."""
-    if len(liquid.positions) < 4:
+    volumes = liquid.particles.volumes
+    if len(volumes) < 4:
         return 0.0
-    offsets = (liquid.positions - liquid.positions.mean(axis=0)) * scene.spacing
-    _, axes = np.linalg.eigh(offsets.T @ offsets)
-    half = LOCAL_CELLS * LOCAL_SPACING / 2
-    return float((np.abs(offsets @ axes) < half).all(axis=1).sum() / liquid.emitted)
+    points = liquid.particles.positions * spacing
+    offsets = points - np.average(points, axis=0, weights=volumes)
+    _, axes = np.linalg.eigh((offsets * volumes[:, None]).T @ offsets)
+    inside = (np.abs(offsets @ axes) < LOCAL_CELLS * LOCAL_SPACING / 2).all(axis=1)
+    return float(volumes[inside].sum() / liquid.emitted)
 
 
-def take_frame(liquid: Liquid, world: World, scene: Scene, time: float) -> Frame:
-    """Return the liquid as a frame: distance of the particles' surface, projected velocity."""
-    margin = int(BAND) + 2
-    start = np.floor(liquid.positions.min(axis=0)).astype(int) - margin
-    shape = np.ceil(liquid.positions.max(axis=0)).astype(int) + margin - start
-    shape += shape % 2
-    distance = particle_distance(liquid.positions, tuple(start), tuple(shape))
-    deepen(distance)
-    cells, _, faces = flow(liquid, world, dt=0.0, layers=margin)
-    velocity = np.zeros((*shape, 3), dtype=np.float32)
-    within = cells.coordinates - start
-    inside = ((within >= 0) & (within < shape)).all(axis=1)
-    velocity[tuple(within[inside].T)] = centre_velocity(cells, faces)[inside] * scene.spacing
-    return make_frame(distance, velocity, start, time)
+def share_in_sketch_box(liquid: Liquid, scene: Scene, frame: Frame, stored_spacing: float) -> float:
+    """Return the share of the emitted liquid in the local box of a sketch of the frame."""
+    rng = np.random.default_rng(scene.seed)
+    lines = trace_frame(frame, stored_spacing, rng)
+    if len(lines) < FEWEST_LINES:
+        return 0.0
+    strokes = draw_strokes(lines, rng, (STROKES_IN_TESTS[1],) * 2, jitter=False)
+    points = fit_frame(strokes).points_to_local(liquid.particles.positions * scene.spacing)
+    inside = Grid.local().contains(points)
+    return float(liquid.particles.volumes[inside].sum() / liquid.emitted)
 
 
-def centre_velocity(cells: Cells, faces: np.ndarray) -> np.ndarray:
-    """Return the velocity at cell centres ``(cells, 3)``: the mean of opposite faces."""
-    above = cells.neighbours[:, [1, 3, 5]]
-    upper = faces[np.maximum(above, 0), np.arange(3)]
-    return np.asarray(np.where(above >= 0, (faces + upper) / 2, faces))
+def simulate_scene(seed: int, resolution: int, store: int, family: str | None = None) -> bytes:
+    """Return the file of one scene. resolution, store : cells along the local box."""
+    scene = random_scene(seed, resolution, family)
+    stored_spacing = LOCAL_SPACING * LOCAL_CELLS / store
+    frames = list(simulate(scene, stored_spacing))
+    return pack_scene({**scene.parameters(), "stored_spacing": stored_spacing}, frames)
 
 
-def run_scene(seed: int, resolution: int, out: Path) -> tuple[int, int]:
-    """Simulate one scene into ``out``; return its seed and how many frames it gave."""
-    scene = random_scene(seed, resolution)
-    frames = list(simulate(scene))
-    body = asdict(scene.obstacle)
-    parameters = {
-        "seed": seed,
-        "spacing": scene.spacing,
-        "cells": scene.cells,
-        "length": scene.length,
-        "radius": scene.radius,
-        "speed": scene.speed,
-        "direction": scene.direction.tolist(),
-        "obstacle": {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in body.items()},
-        "frames": len(frames),
-    }
-    save_scene(scene_path(out, seed), parameters, frames)
-    return seed, len(frames)
-
-
-def main() -> int:
-    """Run the command."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+def read_arguments() -> argparse.Namespace:
+    """Return the command line's arguments; ends the program where they make no sense."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scenes", type=int, required=True, help="how many scenes in all")
     parser.add_argument("--out", type=Path, required=True, help="directory of the data set")
     parser.add_argument("--first", type=int, default=0, help="seed of the first scene")
     parser.add_argument(
         "--resolution", type=int, default=LOCAL_CELLS, help="cells along the local box (0.4 m)"
     )
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument(
+        "--store", type=int, help="cells along the local box in the frames (as simulated)"
+    )
+    parser.add_argument("--family", choices=list(FAMILIES), help="scenes of one family only")
+    parser.add_argument(
+        "--workers", type=int, default=os.cpu_count() or 1, help="processes (one a core)"
+    )
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, tcp://host:port")
     args = parser.parse_args()
-    if args.scenes < 1 or args.workers < 1 or args.resolution < 16:
-        parser.error("--scenes and --workers must be at least 1, --resolution at least 16")
+    args.store = args.store or args.resolution
+    if args.scenes < 1 or args.workers < 1 or args.first < 0:
+        parser.error("--scenes and --workers must be at least 1, --first at least 0")
+    if not 16 <= args.store <= args.resolution:
+        parser.error("--store must be between 16 and --resolution")
+    return args
+
+
+def main() -> int:
+    """Run the command."""
+    args = read_arguments()
     try:
         args.out.mkdir(parents=True, exist_ok=True)
         return run_all(args)
     except OSError as error:
         print(f"{error}: free some space or choose another --out, then run again", file=sys.stderr)
-        return 1
-    except BrokenProcessPool:
-        print("a worker was killed: run the same command again to go on", file=sys.stderr)
-        return 1
+    except SchedulingError as error:
+        print(error, file=sys.stderr)
+    return 1
 
 
 def run_all(args: argparse.Namespace) -> int:
     """Simulate the scenes that are missing, with a progress bar."""
+    for half_written in args.out.glob("scene_*.tmp"):
+        half_written.unlink()
     seeds = range(args.first, args.first + args.scenes)
     missing = [seed for seed in seeds if not scene_path(args.out, seed).exists()]
-    work = partial(run_scene, resolution=args.resolution, out=args.out)
+    results = run_everywhere(
+        simulate_scene,
+        missing,
+        (args.resolution, args.store, args.family),
+        workers=args.workers,
+        scheduler=args.scheduler,
+    )
     bar = tqdm(total=len(seeds), initial=len(seeds) - len(missing), unit="scene", smoothing=0.05)
-    frames = 0
-    # An executor, not a Pool: a Pool waits for ever for the work of a process that was killed.
-    with bar, ProcessPoolExecutor(args.workers, get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(work, seed) for seed in missing]):
-            frames += future.result()[1]
+    failed = {}
+    with bar:
+        for seed, content, error in results:
+            if content is None:
+                failed[seed] = error
+            else:
+                write_whole(scene_path(args.out, seed), content)
             bar.update()
             rate = (bar.n - bar.initial) / max(bar.format_dict["elapsed"], 1e-9) * 3600
-            bar.set_postfix_str(f"{rate:.0f} scenes/hour, {frames} frames")
-    return 0
+            bar.set_postfix_str(f"{rate:.0f} scenes/hour")
+    for seed, error in failed.items():
+        print(f"scene {seed} failed: {error}", file=sys.stderr)
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from training import prepare, simulate
+from training import simulate
+from training.frames import load_parameters, scene_path, write_whole
 
 
 @pytest.fixture(scope="session")
@@ -30,9 +31,8 @@ def toy_data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     wanted, seed = {"train", "validation", "test"}, 0
     while wanted:
         if split_of(seed) in wanted:
-            simulate.run_scene(seed, 32, data)
-            _, kept = prepare.prepare_scene(simulate.scene_path(data, seed))
-            if kept:
+            write_whole(scene_path(data, seed), simulate.simulate_scene(seed, 32, 32))
+            if load_parameters(scene_path(data, seed))["times"]:
                 wanted.remove(split_of(seed))
         seed += 1
     return data

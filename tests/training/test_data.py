@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Frames on disk, strokes drawn from them, and the pairs that the network sees."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -13,31 +14,72 @@ from liquid_splash_addon.core.pipeline import Cancelled, make_splash
 from liquid_splash_addon.core.settings import SplashSettings
 from training.dataset import (
     augmented_frame,
-    draw_strokes,
     held_out_sample,
     load_items,
     sample_on,
     split_of,
     training_sample,
 )
-from training.frames import load_scene, make_frame, save_scene
-from training.prepare import lines_path
-from training.simulate import main as simulate_main
+from training.frames import (
+    Frame,
+    load_scene,
+    near_blocks,
+    pack_distance,
+    pack_scene,
+    pack_velocity,
+    scene_path,
+    write_whole,
+)
+from training.sketching import draw_strokes, trace_frame
+
+
+def made_up_frame(rng):
+    """Return a frame with random distances and velocities, and what went into it."""
+    distance = rng.uniform(-4, 6, (8, 10, 12))
+    codes = pack_distance(distance)
+    velocity = rng.normal(0, 3, (int(near_blocks(codes).sum()), 3))
+    droplets = rng.normal(size=(3, 7)).astype(np.float16)
+    frame = Frame(codes, pack_velocity(velocity), np.array([3, 4, 5]), droplets, 0.1)
+    return frame, distance, velocity
 
 
 def test_frames_come_back_from_disk(tmp_path: Path):
-    rng = np.random.default_rng(0)
-    distance = rng.uniform(-4, 6, (8, 10, 12))
-    velocity = np.tile(np.float32([1.0, -2.0, 0.5]), (8, 10, 12, 1))
-    frame = make_frame(distance, velocity, np.array([3, 4, 5]), 0.1)
-    save_scene(tmp_path / "scene_000001.npz", {"seed": 1, "frames": 1}, [frame])
-    parameters, (again,) = load_scene(tmp_path / "scene_000001.npz")
-    assert parameters["seed"] == 1
-    assert np.abs(again.distance_cells() - np.clip(distance, -3, 3)).max() <= 3 / 254 + 1e-6
+    frame, distance, velocity = made_up_frame(np.random.default_rng(0))
+    path = scene_path(tmp_path, 1)
+    write_whole(path, pack_scene({"seed": 1}, [frame, frame]))
+    parameters, (again, _) = load_scene(path)
+    assert parameters == {"seed": 1, "times": [0.1, 0.1]}
+    error = np.abs(again.signed_distance - np.clip(distance, -3, 3))
+    assert error.max() <= 0.56 and error[np.abs(distance) < 0.6].max() < 0.051
+    assert np.array_equal(again.signed_distance < 0, distance < 0)
     assert again.start.tolist() == [3, 4, 5] and again.time == pytest.approx(0.1)
-    dense = again.dense_velocity()
-    assert np.allclose(dense[dense.any(-1)], [1.0, -2.0, 0.5])
+    assert np.array_equal(again.droplets, frame.droplets)
+    dense = again.block_velocity
+    assert np.abs(dense[near_blocks(again.distance)] - velocity).max() < 0.026
+    assert not dense[~near_blocks(again.distance)].any()
     assert not list(tmp_path.glob("*.tmp"))
+
+
+def test_the_documented_lines_read_a_scene_without_the_project(tmp_path: Path):
+    frame, distance, _ = made_up_frame(np.random.default_rng(0))
+    write_whole(scene_path(tmp_path, 1), pack_scene({"seed": 1}, [frame]))
+    text = (Path(__file__).parents[2] / "docs" / "data.md").read_text()
+    lines = text.split("```python\n")[1].split("```")[0]
+    assert len(lines.strip().splitlines()) == 5
+    found: dict = {}
+    exec(lines.replace("DATA/scene_000000.npz", str(scene_path(tmp_path, 1))), found)
+    assert np.abs(found["distance"] - np.clip(distance, -3, 3)).max() < 0.56
+    assert found["velocity"].shape == frame.velocity.shape
+
+
+def test_a_damaged_file_does_not_load(tmp_path: Path):
+    frame, _, _ = made_up_frame(np.random.default_rng(0))
+    content = bytearray(pack_scene({"seed": 1}, [frame]))
+    where = content.find(b"0/distance.npy") + 60
+    content[where] ^= 0xFF
+    write_whole(scene_path(tmp_path, 1), bytes(content))
+    with pytest.raises((zipfile.BadZipFile, OSError, ValueError, EOFError)):
+        load_scene(scene_path(tmp_path, 1))
 
 
 def test_splits_are_fixed_and_about_a_tenth():
@@ -59,9 +101,16 @@ def test_missing_data_says_what_to_run(tmp_path: Path):
         load_items(tmp_path, "train")
 
 
+def strokes_of(item, seed, jitter):
+    """Return strokes drawn for a frame."""
+    rng = np.random.default_rng(seed)
+    lines = trace_frame(item.load(), item.spacing, rng)
+    return draw_strokes(lines, rng, (5, 20), jitter)
+
+
 def test_strokes_follow_the_flow(toy_data: Path):
     item = load_items(toy_data, "train")[0]
-    strokes = draw_strokes(item.lines, np.random.default_rng(0), (5, 20), jitter=False)
+    strokes = strokes_of(item, 0, jitter=False)
     assert 5 <= len(strokes) <= 20
     for stroke in strokes:
         steps = np.diff(stroke.points, axis=0)
@@ -85,13 +134,13 @@ class Recorder:
 def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path, cells: int):
     """What training shows the network for some Strokes is what the add-on shows it."""
     item = load_items(toy_data, "train")[0]
-    strokes = draw_strokes(item.lines, np.random.default_rng(1), (5, 20), jitter=True)
+    strokes = strokes_of(item, 1, jitter=True)
     settings = SplashSettings(real_size=0.0, speed_gain=1.0, resolution=str(cells))
     recorder = Recorder()
     with pytest.raises(Cancelled):
         make_splash(strokes, settings, recorder)
     assert recorder.grid == Grid.local(cells)
-    sample = sample_on(item, strokes, fit_frame(strokes), recorder.grid)
+    sample = sample_on(item.load(), item.spacing, strokes, fit_frame(strokes), recorder.grid)
     assert sample.condition.tobytes() == recorder.condition.tobytes()
     assert sample.condition.any()
 
@@ -113,12 +162,13 @@ def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
 def test_distance_does_not_depend_on_the_frame(toy_data: Path):
     """Turned frames see the same liquid: volumes agree, cells are in cells of the new grid."""
     item = load_items(toy_data, "train")[0]
-    strokes = draw_strokes(item.lines, np.random.default_rng(1), (5, 20), jitter=False)
+    strokes = strokes_of(item, 1, jitter=False)
     rng = np.random.default_rng(0)
     volumes = []
     for _ in range(3):
         frame = augmented_frame(fit_frame(strokes), strokes, rng)
-        volumes.append((sample_on(item, strokes, frame, Grid.local(64)).distance < 0).sum())
+        sample = sample_on(item.load(), item.spacing, strokes, frame, Grid.local(64))
+        volumes.append((sample.distance < 0).sum())
     assert np.ptp(volumes) < 0.1 * np.mean(volumes)
 
 
@@ -131,38 +181,3 @@ def test_training_samples_are_drawn_anew_and_in_range(toy_data: Path):
         assert np.abs(first.distance).max() <= AIR
         assert not np.array_equal(first.condition, second.condition)
         assert first.grid.spacing == pytest.approx(0.4 / 128 if fine else 0.4 / 32)
-
-
-def test_simulate_goes_on_where_it_stopped(tmp_path: Path, run_command):
-    arguments = (
-        "--scenes",
-        2,
-        "--first",
-        40,
-        "--resolution",
-        16,
-        "--workers",
-        1,
-        "--out",
-        tmp_path,
-    )
-    assert run_command(simulate_main, *arguments) == 0
-    before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("scene_*.npz")}
-    assert len(before) == 2
-    gone = sorted(before)[0]
-    gone.unlink()
-    assert run_command(simulate_main, *arguments) == 0
-    after = {path: path.stat().st_mtime_ns for path in tmp_path.glob("scene_*.npz")}
-    assert set(after) == set(before)
-    assert [p for p in before if before[p] != after[p]] == [gone]
-
-
-def test_simulate_says_where_it_cannot_write(tmp_path: Path, run_command, capsys):
-    (tmp_path / "file").write_text("in the way")
-    arguments = ("--scenes", 1, "--out", tmp_path / "file" / "data")
-    assert run_command(simulate_main, *arguments) == 1
-    assert "choose another --out" in capsys.readouterr().err
-
-
-def test_lines_lie_beside_their_scene():
-    assert lines_path(Path("d/scene_000012.npz")) == Path("d/lines_000012.npz")

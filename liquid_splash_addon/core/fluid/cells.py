@@ -146,8 +146,11 @@ def _find_neighbours(table, leaves, index):
     return neighbours
 
 
-def sort_by_cell(positions: np.ndarray, cells: Cells) -> np.ndarray:
-    """Return the order, int64 ``(n,)``, that puts particles of one cell next to each other."""
+def sort_by_cell(positions: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order that puts particles of one cell next to each other, and counts.
+
+    Order is int64 ``(n,)``; counts, int64 ``(liquid,)``, says how many particles each cell has.
+    """
     return _counting_sort(positions, cells.table, cells.leaves, cells.liquid)
 
 
@@ -161,8 +164,9 @@ def _counting_sort(positions, table, leaves, liquid):
         starts[home[p] + 1] += 1
     for c in range(liquid):
         starts[c + 1] += starts[c]
+    counts = starts[1:] - starts[:-1]
     order = np.empty(len(positions), dtype=np.int64)
     for p in range(len(positions)):
         order[starts[home[p]]] = p
         starts[home[p]] += 1
-    return order
+    return order, counts

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -12,38 +14,93 @@ SEPARATION_PASSES = 2
 """Solves after the first in which cells that a wall pulls at are let go."""
 
 
+PULL = 1e-4
+"""A wall pulls where q is below minus this share of the largest |q|."""
+
+
+class Poisson(NamedTuple):
+    """The matrix of the pressure problem: minus the divergence of the gradient through open faces.
+
+    Attributes
+    ----------
+    coefficients : ``(liquid, 6)`` open share towards liquid neighbours, 0 towards air and solids
+    diagonal : ``(liquid,)`` sum of the open shares
+    walled : ``(liquid,)`` whether a solid closes a part of the cell's faces
+    neighbours : ``(cells, 6)``
+    """
+
+    coefficients: np.ndarray
+    diagonal: np.ndarray
+    walled: np.ndarray
+    neighbours: np.ndarray
+
+    @classmethod
+    def assemble(cls, cells: Cells, open_share: np.ndarray) -> Poisson:
+        """Return the matrix of the liquid cells; open_share : float32 ``(cells, 3)``."""
+        coefficients, diagonal, walled = _assemble(cells.neighbours, open_share, cells.liquid)
+        return cls(coefficients, diagonal, walled, cells.neighbours)
+
+    def solve(
+        self, rhs: np.ndarray, letting_go: bool, rtol: float = 1e-4, maxiter: int = 400
+    ) -> np.ndarray:
+        """Return q ``(liquid,)`` with A q = ``rhs``, q = 0 in the air, by conjugate gradients.
+
+        The preconditioner is the diagonal: thin liquid needs few iterations. If
+        ``letting_go``, q is set to 0 where it would pull liquid at a wall (q < 0), and the
+        system is solved again: liquid may leave a solid.
+
+        rtol : residual over the initial residual, root mean square.
+        """
+        pinned = self.diagonal <= 0
+        q = np.zeros(len(rhs), dtype=np.float32)
+        for _ in range(1 + SEPARATION_PASSES):
+            _solve(self.coefficients, self.diagonal, self.neighbours, rhs, pinned, q, rtol, maxiter)
+            # A threshold, so that rounding does not decide for cells in free flight (q = 0).
+            pulled = self.walled & (q < -PULL * np.abs(q).max(initial=0)) & ~pinned
+            if not letting_go or not pulled.any():
+                break
+            pinned |= pulled
+        return q
+
+
 def project(
     faces: np.ndarray,
     cells: Cells,
     open_share: np.ndarray,
-    rtol: float = 1e-4,
-    maxiter: int = 400,
+    matrix: Poisson,
+    outside: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return ``faces`` minus the gradient of the pressure that makes them divergence-free.
 
     Solves ``div(s (u - grad q)) = 0`` in liquid cells for q = dt p / (rho h), with s the open
-    share of each face and q = 0 in the air, by conjugate gradients with a diagonal
-    preconditioner (thin liquid needs few iterations). Solids let go: where the solution would
-    pull liquid at a wall (q < 0), q is set to 0 and the system is solved again.
+    share of each face. Closed faces are unchanged.
 
-    faces, open_share : float32 ``(cells, 3)``. Returns a new array; closed faces are unchanged.
-    rtol : residual over the initial residual, root mean square.
+    faces, open_share : float32 ``(cells, 3)``; outside : ``(cells,)`` q of the air cells (from
+    surface tension) instead of 0, cells^2/s.
     """
-    liquid = cells.liquid
-    coefficients, diagonal, walled = _assemble(cells.neighbours, open_share, liquid)
-    divergence = _divergence(faces, cells.neighbours, open_share, liquid)
-    pinned = diagonal <= 0
-    pressure = np.zeros(liquid, dtype=np.float32)
-    for _ in range(1 + SEPARATION_PASSES):
-        _solve(
-            coefficients, diagonal, cells.neighbours, divergence, pinned, pressure, rtol, maxiter
-        )
-        pulled = walled & (pressure < 0) & ~pinned
-        if not pulled.any():
-            break
-        pinned |= pulled
+    rhs = _divergence(faces, cells.neighbours, open_share, cells.liquid)
+    q = np.zeros(len(faces), dtype=np.float32)
+    if outside is not None:
+        _add_outside(rhs, outside, cells.neighbours, open_share)
+        q[:] = outside
+    q[: cells.liquid] = matrix.solve(rhs, letting_go=True)
     out = faces.copy()
-    _subtract_gradient(out, pressure, cells.neighbours, open_share, liquid)
+    _subtract_gradient(out, q, cells.neighbours, open_share, cells.liquid)
+    return out
+
+
+def spread_apart(
+    crowding: np.ndarray, cells: Cells, open_share: np.ndarray, matrix: Poisson
+) -> np.ndarray:
+    """Return displacements of the faces ``(cells, 3)``, in cells, that undo crowding.
+
+    Their divergence in each liquid cell is ``crowding`` ``(liquid,)``, the volume in the cell
+    over the room for it, minus 1 (Kugelstadt et al. 2019, density projection).
+    """
+    q = np.zeros(len(cells.coordinates), dtype=np.float32)
+    q[: cells.liquid] = matrix.solve(crowding, letting_go=False, rtol=1e-2)
+    out = np.zeros_like(open_share)
+    _subtract_gradient(out, q, cells.neighbours, open_share, cells.liquid)
     return out
 
 
@@ -144,12 +201,20 @@ def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
 
 
 @njit(cache=True)
+def _add_outside(rhs, outside, neighbours, open_share):
+    """Add what the air's pressure gives to the right-hand side."""
+    liquid = len(rhs)
+    for c in range(liquid):
+        for side in range(6):
+            n = neighbours[c, side]
+            if n >= liquid:
+                rhs[c] += open_share[n if side & 1 else c, side >> 1] * outside[n]
+
+
+@njit(cache=True)
 def _subtract_gradient(faces, pressure, neighbours, open_share, liquid):
     for c in range(len(faces)):
         for axis in range(3):
             n = neighbours[c, 2 * axis]
-            inside, below = c < liquid, 0 <= n < liquid
-            if (inside or below) and open_share[c, axis] > 0:
-                upper = pressure[c] if inside else np.float32(0)
-                lower = pressure[n] if below else np.float32(0)
-                faces[c, axis] -= upper - lower
+            if n >= 0 and (c < liquid or n < liquid) and open_share[c, axis] > 0:
+                faces[c, axis] -= pressure[c] - pressure[n]

@@ -6,85 +6,136 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-PARTICLE_RADIUS = 0.8
-"""Radius of a particle's ball, cells. At 8 particles a cell their balls overlap until the
-liquid is stretched to twice its length along two axes; below, sheets fill with holes."""
+KERNEL = 2.5
+"""Reach of a particle's weight, cells."""
+
+RADIUS = 0.9
+"""The surface lies this far from the weighted mean of the particles near it, cells: 0.4 outside
+the outermost layer of thick liquid; a sheet of one layer becomes 1.8 cells thick, so that a grid
+can hold it, and a lone particle a ball of this radius."""
 
 BAND = 3.0
 """Distances are exact up to this many cells and clipped there."""
 
 
 def particle_distance(
-    positions: np.ndarray, start: tuple[int, int, int], shape: tuple[int, int, int]
+    positions: np.ndarray, volumes: np.ndarray, start: np.ndarray, shape: tuple[int, int, int]
 ) -> np.ndarray:
-    """Return the signed distance to the union of the particles' balls at cell centres.
+    """Return the signed distance of the particles' surface at cell centres.
 
-    positions : float32 ``(n, 3)`` in cells; start : the cell at which the result begins.
-    Returns float32 ``shape``, in cells, clipped to +-BAND, negative inside. Inside, it is the
-    distance to the nearest particle minus the radius, so it bottoms out near -PARTICLE_RADIUS.
+    The surface is where a point is RADIUS away from the weighted mean of the particles around
+    it (Zhu and Bridson 2005); the distance to it comes from :func:`redistance`.
+
+    positions : float32 ``(n, 3)`` in cells; volumes : ``(n,)``; start : the cell at which the
+    result begins. Returns float32 ``shape``, in cells, clipped to +-BAND, negative inside.
     """
-    square = np.full(shape, np.float32((BAND + PARTICLE_RADIUS) ** 2), dtype=np.float32)
-    _nearest(positions - np.asarray(start, dtype=np.float32), square, BAND + PARTICLE_RADIUS)
-    return np.sqrt(square) - np.float32(PARTICLE_RADIUS)
+    sums = np.zeros((*shape, 4), dtype=np.float32)
+    _accumulate(positions - np.asarray(start, dtype=np.float32), volumes, sums)
+    level = np.empty(shape, dtype=np.float32)
+    _level(sums, level)
+    return redistance(level)
 
 
 @njit(cache=True, fastmath=True)
-def _nearest(positions, square, reach):
-    span = int(np.ceil(reach))
+def _accumulate(positions, volumes, sums):
+    """Add weights and weighted offsets (particle minus cell centre) to ``sums``."""
+    span = int(np.ceil(KERNEL))
+    scale = np.float32(1 / (KERNEL * KERNEL))
+    nx, ny, nz, _ = sums.shape
     for p in range(len(positions)):
         x, y, z = positions[p, 0] - 0.5, positions[p, 1] - 0.5, positions[p, 2] - 0.5
         i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-        for a in range(max(i - span + 1, 0), min(i + span + 1, square.shape[0])):
-            dx = (a - x) * (a - x)
-            for b in range(max(j - span + 1, 0), min(j + span + 1, square.shape[1])):
-                dxy = dx + (b - y) * (b - y)
-                for c in range(max(k - span + 1, 0), min(k + span + 1, square.shape[2])):
-                    d = dxy + (c - z) * (c - z)
-                    if d < square[a, b, c]:
-                        square[a, b, c] = d
+        for a in range(max(i - span + 1, 0), min(i + span + 1, nx)):
+            dx = np.float32(x - a)
+            for b in range(max(j - span + 1, 0), min(j + span + 1, ny)):
+                dy = np.float32(y - b)
+                for c in range(max(k - span + 1, 0), min(k + span + 1, nz)):
+                    dz = np.float32(z - c)
+                    near = np.float32(1) - scale * (dx * dx + dy * dy + dz * dz)
+                    if near > 0:
+                        w = near * near * near * volumes[p]
+                        sums[a, b, c, 0] += w
+                        sums[a, b, c, 1] += w * dx
+                        sums[a, b, c, 2] += w * dy
+                        sums[a, b, c, 3] += w * dz
 
 
-def deepen(distance: np.ndarray, band: float = BAND) -> None:
-    """Replace values inside the liquid by the distance to its surface, in place.
+@njit(cache=True, fastmath=True)
+def _level(sums, level):
+    nx, ny, nz = level.shape
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                weight = sums[i, j, k, 0]
+                if weight <= 0:
+                    level[i, j, k] = BAND
+                    continue
+                square = sums[i, j, k, 1] ** 2 + sums[i, j, k, 2] ** 2 + sums[i, j, k, 3] ** 2
+                level[i, j, k] = np.sqrt(square) / weight - RADIUS
 
-    Cells with a neighbour outside keep their value; the rest solve |grad d| = 1 by fast
-    sweeping (Zhao 2005), clipped at ``-band``.
 
-    distance : float32 ``(X, Y, Z)`` in cells.
+def redistance(level: np.ndarray, band: float = BAND) -> np.ndarray:
+    """Return the signed distance to the zero set of ``level``, in cells, clipped at +-``band``.
+
+    Cells beside the zero set get ``level`` over its slope (Russo and Smereka 2000), the rest
+    solve |grad d| = 1 by fast sweeping (Zhao 2005). The outermost cells keep the sign of
+    ``level`` and the value ``band``.
+
+    level : float32 ``(X, Y, Z)``, negative inside.
     """
-    _sweep_inside(distance, np.float32(band))
+    distance = np.empty_like(level)
+    free = np.zeros(level.shape, dtype=np.bool_)
+    _start(level, np.float32(band), distance, free)
+    _sweep(distance, free)
+    return np.copysign(distance, level)
 
 
 @njit(cache=True)
-def _sweep_inside(distance, band):
-    nx, ny, nz = distance.shape
-    free = np.zeros(distance.shape, dtype=np.bool_)
+def _start(level, band, distance, free):
+    """Set unsigned distances beside the zero set; mark the cells that are still to be found."""
+    nx, ny, nz = level.shape
+    distance[:] = band
     for i in range(1, nx - 1):
         for j in range(1, ny - 1):
             for k in range(1, nz - 1):
-                free[i, j, k] = (
-                    distance[i, j, k] < 0
-                    and distance[i - 1, j, k] < 0
-                    and distance[i + 1, j, k] < 0
-                    and distance[i, j - 1, k] < 0
-                    and distance[i, j + 1, k] < 0
-                    and distance[i, j, k - 1] < 0
-                    and distance[i, j, k + 1] < 0
-                )
-                if free[i, j, k]:
-                    distance[i, j, k] = -band
+                here = level[i, j, k]
+                if here >= band:
+                    free[i, j, k] = True
+                    continue
+                beside = False
+                square = np.float32(0)
+                for axis in range(3):
+                    a, b, c = axis == 0, axis == 1, axis == 2
+                    low, high = level[i - a, j - b, k - c], level[i + a, j + b, k + c]
+                    beside |= (low < 0) != (here < 0) or (high < 0) != (here < 0)
+                    # Beyond the particles' reach nothing is known of the slope.
+                    down = abs(here - low) if low < band else np.float32(0)
+                    up = abs(here - high) if high < band else np.float32(0)
+                    square += max(down, up) ** 2
+                if beside:
+                    distance[i, j, k] = min(abs(here) / max(np.sqrt(square), 1e-6), 1.0)
+                else:
+                    free[i, j, k] = True
+
+
+@njit(cache=True)
+def _sweep(distance, free):
+    nx, ny, nz = distance.shape
+    band = distance[0, 0, 0]
     for sweep in range(8):
-        for a in range(nx):
+        for a in range(1, nx - 1):
             i = a if sweep & 1 else nx - 1 - a
-            for b in range(ny):
+            for b in range(1, ny - 1):
                 j = b if sweep & 2 else ny - 1 - b
-                for c in range(nz):
+                for c in range(1, nz - 1):
                     k = c if sweep & 4 else nz - 1 - c
-                    if free[i, j, k]:
-                        x = -max(distance[i - 1, j, k], distance[i + 1, j, k])
-                        y = -max(distance[i, j - 1, k], distance[i, j + 1, k])
-                        z = -max(distance[i, j, k - 1], distance[i, j, k + 1])
-                        distance[i, j, k] = max(distance[i, j, k], -_eikonal(x, y, z))
+                    if not free[i, j, k]:
+                        continue
+                    x = min(distance[i - 1, j, k], distance[i + 1, j, k])
+                    y = min(distance[i, j - 1, k], distance[i, j + 1, k])
+                    z = min(distance[i, j, k - 1], distance[i, j, k + 1])
+                    if min(x, y, z) < band:
+                        distance[i, j, k] = min(distance[i, j, k], _eikonal(x, y, z))
 
 
 @njit(cache=True, inline="always")

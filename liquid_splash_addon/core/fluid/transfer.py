@@ -7,55 +7,60 @@ import numpy as np
 from numba import njit
 
 from .cells import Cells, find
+from .particles import Particles
 
 
-def particles_to_faces(
-    positions: np.ndarray, velocities: np.ndarray, affine: np.ndarray, cells: Cells
-) -> tuple[np.ndarray, np.ndarray]:
+def particles_to_faces(particles: Particles, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return face velocities and weights, float32 ``(cells, 3)`` each.
 
-    A face receives the weighted mean of ``v_p + C_p (x_face - x_p)`` with trilinear weights.
+    A face receives the mean of ``v_p + C_p (x_face - x_p)``, weighed by volume and trilinearly.
 
-    positions ``(n, 3)``, velocities ``(n, 3)``, affine C ``(n, 3, 3)`` (1/s; zeros for pure
-    FLIP), float32, sorted by cell for speed.
+    particles : sorted by cell for speed.
     """
     faces = np.zeros((len(cells.coordinates), 3), dtype=np.float32)
     weights = np.zeros_like(faces)
-    _scatter(positions, velocities, affine, cells.table, cells.leaves, faces, weights)
+    positions, velocities, affine, volumes, _ = particles
+    _scatter(positions, velocities, affine, volumes, cells.table, cells.leaves, faces, weights)
     np.divide(faces, weights, out=faces, where=weights > 0)
     return faces, weights
 
 
 def faces_to_particles(
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    cells: Cells,
-    before: np.ndarray,
-    after: np.ndarray,
-    flip: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return new particle velocities ``(n, 3)`` and affine matrices ``(n, 3, 3)``.
+    particles: Particles, cells: Cells, before: np.ndarray, after: np.ndarray, flip: float
+) -> tuple[Particles, np.ndarray]:
+    """Return the particles with new velocities and affine matrices, and the grid's velocity there.
 
     ``v <- flip (v + sample(after - before)) + (1 - flip) sample(after)``; the affine part is
     the gradient of the sampled velocity times ``1 - flip``, so that flip = 0 is APIC and
-    flip = 1 is FLIP.
+    flip = 1 is FLIP. The second result is ``sample(after)``, ``(n, 3)``.
 
     before, after : face velocities ``(cells, 3)`` before and after the forces, extrapolated.
     """
-    out = np.empty_like(velocities)
-    affine = np.empty((len(positions), 3, 3), dtype=np.float32)
+    out = np.empty_like(particles.velocities)
+    there = out if flip == 0 else np.empty_like(out)
+    affine = np.empty((len(out), 3, 3), dtype=np.float32)
+    positions, velocities = particles.positions, particles.velocities
     table, leaves = cells.table, cells.leaves
-    _gather(positions, velocities, table, leaves, before, after, np.float32(flip), out, affine)
-    return out, affine
+    _gather(
+        positions, velocities, table, leaves, before, after, np.float32(flip), out, there, affine
+    )
+    return particles._replace(velocities=out, affine=affine), there
 
 
 @njit(cache=True, inline="always")
 def load_stencil(table, leaves, i, j, k, stencil):
-    """Put the numbers of the 27 cells around (i, j, k) into ``stencil`` ``(3, 3, 3)``."""
+    """Put the numbers of the 27 cells around (i, j, k) into ``stencil`` ``(3, 3, 3)``.
+
+    Returns whether all of them are active.
+    """
+    lowest = np.int32(0)
     for a in range(3):
         for b in range(3):
             for c in range(3):
-                stencil[a, b, c] = find(table, leaves, i + a - 1, j + b - 1, k + c - 1)
+                n = find(table, leaves, i + a - 1, j + b - 1, k + c - 1)
+                stencil[a, b, c] = n
+                lowest = min(lowest, n)
+    return lowest >= 0
 
 
 @njit(cache=True, inline="always")
@@ -72,7 +77,7 @@ def face_corner(x, y, z, i, j, k, axis):
 
 
 @njit(cache=True, fastmath=True)
-def _scatter(positions, velocities, affine, table, leaves, faces, weights):
+def _scatter(positions, velocities, affine, volumes, table, leaves, faces, weights):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
     li, lj, lk = -9, -9, -9
     for p in range(len(positions)):
@@ -83,10 +88,10 @@ def _scatter(positions, velocities, affine, table, leaves, faces, weights):
             li, lj, lk = i, j, k
         for axis in range(3):
             a, b, c, wx, wy, wz = face_corner(x, y, z, i, j, k, axis)
-            v = velocities[p, axis]
+            v, volume = velocities[p, axis], volumes[p]
             cx, cy, cz = affine[p, axis, 0], affine[p, axis, 1], affine[p, axis, 2]
             for da in range(2):
-                ua = wx if da else 1 - wx
+                ua = volume * (wx if da else 1 - wx)
                 for db in range(2):
                     ub = ua * (wy if db else 1 - wy)
                     for dc in range(2):
@@ -97,7 +102,7 @@ def _scatter(positions, velocities, affine, table, leaves, faces, weights):
 
 
 @njit(cache=True, fastmath=True)
-def _gather(positions, velocities, table, leaves, before, after, flip, out, affine):
+def _gather(positions, velocities, table, leaves, before, after, flip, out, there, affine):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
     li, lj, lk = -9, -9, -9
     for p in range(len(positions)):
@@ -120,10 +125,12 @@ def _gather(positions, velocities, table, leaves, before, after, flip, out, affi
                         u = after[n, axis]
                         w = ua * ub * uc
                         new += w * u
-                        change += w * (u - before[n, axis])
+                        if flip > 0:
+                            change += w * (u - before[n, axis])
                         gx += (u if da else -u) * ub * uc
                         gy += (u if db else -u) * ua * uc
                         gz += (u if dc else -u) * ua * ub
+            there[p, axis] = new
             out[p, axis] = flip * (velocities[p, axis] + change) + (1 - flip) * new
             affine[p, axis, 0] = (1 - flip) * gx
             affine[p, axis, 1] = (1 - flip) * gy
@@ -144,17 +151,19 @@ def sample(points: np.ndarray, cells: Cells, faces: np.ndarray) -> np.ndarray:
 def _sample_all(points, table, leaves, faces, out):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
     for p in range(len(points)):
-        i, j, k = int(points[p, 0]), int(points[p, 1]), int(points[p, 2])
-        load_stencil(table, leaves, i, j, k, stencil)
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        i, j, k = int(x), int(y), int(z)
+        whole = load_stencil(table, leaves, i, j, k, stencil)
         for axis in range(3):
-            out[p, axis] = sample_face(
-                points[p, 0], points[p, 1], points[p, 2], i, j, k, axis, stencil, faces
-            )
+            out[p, axis] = sample_face(x, y, z, i, j, k, axis, stencil, whole, faces)
 
 
 @njit(cache=True, inline="always")
-def sample_face(x, y, z, i, j, k, axis, stencil, faces):
-    """Return one velocity component at (x, y, z) in cell (i, j, k), see :func:`sample`."""
+def sample_face(x, y, z, i, j, k, axis, stencil, whole, faces):
+    """Return one velocity component at (x, y, z) in cell (i, j, k), see :func:`sample`.
+
+    stencil, whole : what :func:`load_stencil` gave for this cell.
+    """
     a, b, c, wx, wy, wz = face_corner(x, y, z, i, j, k, axis)
     total, weight = np.float32(0), np.float32(0)
     for da in range(2):
@@ -163,8 +172,12 @@ def sample_face(x, y, z, i, j, k, axis, stencil, faces):
             ub = ua * (wy if db else 1 - wy)
             for dc in range(2):
                 n = stencil[a + da, b + db, c + dc]
-                if n >= 0:
-                    w = ub * (wz if dc else 1 - wz)
+                w = ub * (wz if dc else 1 - wz)
+                if whole:
+                    total += w * faces[n, axis]
+                elif n >= 0:
                     total += w * faces[n, axis]
                     weight += w
+    if whole:
+        return total
     return total / weight if weight > 1e-6 else np.float32(0)

@@ -12,9 +12,9 @@ from liquid_splash_addon.core.fluid.streamlines import (
 )
 from liquid_splash_addon.core.fluid.surface import (
     BAND,
-    PARTICLE_RADIUS,
-    deepen,
+    RADIUS,
     particle_distance,
+    redistance,
 )
 
 
@@ -23,28 +23,55 @@ def centres(shape):
     return np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in shape), indexing="ij"), axis=-1)
 
 
+def lattice(low, high):
+    """Return 8 particles a cell between two corners, and their volumes."""
+    axes = [np.arange(a, b, 0.5) + 0.25 for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points.astype(np.float32), np.full(len(points), 1 / 8, np.float32)
+
+
 def test_one_particle_is_a_ball():
     particle = np.array([[10.2, 9.7, 11.4]], np.float32)
-    distance = particle_distance(particle, (2, 3, 4), (16, 14, 15))
+    distance = particle_distance(
+        particle, np.ones(1, np.float32), np.array([2, 3, 4]), (16, 14, 15)
+    )
     places = centres((16, 14, 15)) + np.array([2, 3, 4])
-    exact = np.linalg.norm(places - particle[0], axis=-1)
-    assert np.abs(distance - np.minimum(exact - PARTICLE_RADIUS, BAND)).max() < 1e-4
+    exact = np.minimum(np.linalg.norm(places - particle[0], axis=-1) - RADIUS, BAND)
+    assert np.abs(distance - exact).max() < 0.6
+    assert np.abs(distance - exact).mean() < 0.08
+    assert np.array_equal(distance < 0, exact < 0)
 
 
 def test_a_ball_of_particles_has_a_balls_distance():
     shape, radius = (40, 40, 40), 12.0
-    axis = np.arange(0, 40, 0.5) + 0.25
-    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    points, volumes = lattice((0, 0, 0), shape)
     inside = np.linalg.norm(points - 20, axis=1) < radius
-    distance = particle_distance(points[inside].astype(np.float32), (0, 0, 0), shape)
-    deepen(distance)
-    # Particles fill the ball to within a quarter of a cell, and their own radius is added.
-    exact = np.linalg.norm(centres(shape) - 20, axis=-1) - radius - PARTICLE_RADIUS + 0.25
+    distance = particle_distance(points[inside], volumes[inside], np.zeros(3, int), shape)
+    exact = np.linalg.norm(centres(shape) - 20, axis=-1) - radius - 0.4
     near = np.abs(exact) < BAND - 0.5
-    error = distance - exact
-    assert np.abs(error[near]).mean() < 0.2
-    assert np.abs(error[near]).max() < 0.8
-    assert distance.min() == -BAND
+    assert np.abs((distance - exact)[near]).mean() < 0.15
+    assert np.abs((distance - exact)[near]).max() < 0.6
+    assert distance.min() == -BAND and distance.max() == BAND
+
+
+def test_a_sheet_of_one_layer_is_as_thick_as_a_grid_can_hold():
+    points, volumes = lattice((0, 0, 10), (24, 24, 10.5))
+    distance = particle_distance(points, volumes, np.zeros(3, int), (24, 24, 20))
+    middle = distance[6:-6, 6:-6]
+    heights = np.arange(20) + 0.5
+    exact = np.abs(heights - 10.25) - RADIUS
+    near = np.abs(exact) < 2
+    assert np.abs(middle[..., near] - exact[near]).max() < 0.2
+
+
+def test_redistancing_gives_slope_one_and_keeps_the_surface():
+    shape = (40, 40, 40)
+    exact = np.linalg.norm(centres(shape) - 20, axis=-1) - 9.3
+    level = (exact * (1.5 + np.sin(centres(shape)[..., 0]))).astype(np.float32)
+    distance = redistance(level)
+    assert np.array_equal(distance < 0, level < 0)
+    near = np.abs(exact) < 2.5
+    assert np.abs((distance - exact)[near]).mean() < 0.12
 
 
 def ring_flow(shape=(32, 32, 32)):

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How full cells are, so that particles that crowd can be spread apart again."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .cells import Cells
+from .particles import Particles
+from .transfer import load_stencil
+
+LEAST_ROOM = 0.125
+"""Share of a cell's surroundings below which solids leave too little room to judge crowding."""
+
+RELAXATION = 0.5
+"""Share of the crowding that one step undoes."""
+
+MOST = 0.5
+"""Crowding beyond this is undone over several steps."""
+
+
+NOISE = 0.15
+"""Crowding at a surface that is put down to chance."""
+
+
+def crowding(
+    particles: Particles, cells: Cells, solid_distance: np.ndarray, open_share: np.ndarray
+) -> np.ndarray:
+    """Return what each liquid cell holds too much, in shares of a cell ``(liquid,)``.
+
+    Positive where particles crowd; negative, where they are too far apart, only in cells with
+    liquid or solids all around: at a surface a cell may well be half empty.
+
+    solid_distance : ``(cells,)`` signed distance of the solids at the cells' centres, cells;
+    open_share : ``(cells, 3)``.
+    """
+    full = volume_share(particles, cells) / np.maximum(room(solid_distance), LEAST_ROOM)
+    excess = full[: cells.liquid] - 1
+    inner = _enclosed(cells.neighbours, open_share, cells.liquid)
+    # Rectified noise would blow the surface up: a little crowding there is none.
+    excess = np.where(inner, excess, np.maximum(excess - NOISE, 0))
+    return np.asarray(RELAXATION * np.clip(excess, -MOST, MOST), dtype=np.float32)
+
+
+@njit(cache=True)
+def _enclosed(neighbours, open_share, liquid):
+    out = np.ones(liquid, dtype=np.bool_)
+    for c in range(liquid):
+        for side in range(6):
+            n = neighbours[c, side]
+            if n >= liquid and open_share[n if side & 1 else c, side >> 1] > 0:
+                out[c] = False
+    return out
+
+
+def room(solid_distance: np.ndarray) -> np.ndarray:
+    """Return which share of the weights around a cell's centre a flat wall leaves free.
+
+    The weight falls linearly to 0 one cell away, as in :func:`volume_share`.
+    """
+    d = np.clip(solid_distance, -1, 1)
+    return np.asarray(np.where(d > 0, 1 - (1 - d) ** 2 / 2, (1 + d) ** 2 / 2))
+
+
+def volume_share(particles: Particles, cells: Cells) -> np.ndarray:
+    """Return the volume of liquid around each cell's centre, ``(cells,)``, 1 where it is full.
+
+    Particles weigh linearly (1 at the centre, 0 a cell away).
+    """
+    out = np.zeros(len(cells.coordinates), dtype=np.float32)
+    _deposit(particles.positions, particles.volumes, cells.table, cells.leaves, out)
+    return out
+
+
+@njit(cache=True)
+def _deposit(positions, volumes, table, leaves, share):
+    stencil = np.empty((3, 3, 3), dtype=np.int32)
+    for p in range(len(positions)):
+        x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
+        i, j, k = int(x), int(y), int(z)
+        load_stencil(table, leaves, i, j, k, stencil)
+        fx, fy, fz = x - i + 0.5, y - j + 0.5, z - k + 0.5
+        a, b, c = int(fx), int(fy), int(fz)
+        for da in range(2):
+            for db in range(2):
+                for dc in range(2):
+                    w = abs(1 - da - fx + a) * abs(1 - db - fy + b) * abs(1 - dc - fz + c)
+                    share[stencil[a + da, b + db, c + dc]] += w * volumes[p]

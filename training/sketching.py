@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Streamlines of a frame, and the strokes that a user might draw for it (paper, 4.2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from liquid_splash_addon.core.fluid.streamlines import representatives, seed_points, trace
+from liquid_splash_addon.core.strokes import Stroke
+
+from .frames import Frame
+
+SEEDS = 160
+"""Streamlines traced for one use of a frame."""
+
+LINE_LENGTH = (0.05, 0.4)
+"""Range of the length at which a streamline is cut, metres."""
+
+THIN = 4
+"""Every so many traced points one is kept: two cells apart."""
+
+FEWEST_LINES = 8
+"""Streamlines that a frame must have to be kept."""
+
+STROKES_IN_TRAINING = (1, 20)
+STROKES_IN_TESTS = (5, 20)
+"""Range of the number of strokes; the second is the paper's (4.2.2)."""
+
+JITTER = 0.002
+"""Metres by which a training stroke is moved, as a slow wobble along it (a hand's)."""
+
+SPEED_NOISE = 0.1
+"""Relative error of a training stroke's speed."""
+
+
+def trace_frame(
+    frame: Frame, spacing: float, rng: np.random.Generator, seeds: int = SEEDS
+) -> list[np.ndarray]:
+    """Return streamlines ``(m, 6)`` of a frame: metres from the box's corner, m/s."""
+    distance = frame.signed_distance
+    points = seed_points(distance, seeds, rng)
+    lengths = rng.uniform(*LINE_LENGTH, len(points)) / spacing
+    lines = []
+    for line in trace(distance, frame.block_velocity, points, lengths):
+        thin = np.concatenate([line[:-1:THIN], line[-1:]])
+        thin[:, :3] = (thin[:, :3] + frame.start) * spacing
+        lines.append(thin.astype(np.float32))
+    return lines
+
+
+def draw_strokes(
+    lines: Sequence[np.ndarray], rng: np.random.Generator, counts: tuple[int, int], jitter: bool
+) -> list[Stroke]:
+    """Return strokes that a user might have drawn for these streamlines.
+
+    lines : ``(m, 6)`` each, metres and m/s. They are clustered down to a random number in
+    ``counts``; the medoids are the strokes.
+    """
+    chosen = representatives(lines, int(rng.integers(counts[0], counts[1] + 1)))
+    strokes = [Stroke(lines[i][:, :3], lines[i][:, 3:]) for i in chosen]
+    return [wobble(stroke, rng) for stroke in strokes] if jitter else strokes
+
+
+def wobble(stroke: Stroke, rng: np.random.Generator) -> Stroke:
+    """Return the stroke as an unsteady hand would draw it: slowly displaced, speed a bit off."""
+    knots = rng.normal(0, JITTER, (4, 3))
+    where = np.linspace(0, 3, len(stroke.points))
+    offset = np.stack([np.interp(where, np.arange(4), knots[:, a]) for a in range(3)], axis=1)
+    factor = 1 + SPEED_NOISE * rng.normal()
+    return Stroke(stroke.points + offset, stroke.velocities * max(factor, 0.1))
