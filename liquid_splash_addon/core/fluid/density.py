@@ -8,7 +8,7 @@ from numba import njit
 
 from .cells import Cells
 from .particles import Particles
-from .transfer import load_stencil
+from .transfer import face_corner, load_stencil
 
 LEAST_ROOM = 0.125
 """Share of a cell's surroundings below which solids leave too little room to judge crowding."""
@@ -73,17 +73,24 @@ def volume_share(particles: Particles, cells: Cells) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _deposit(positions, volumes, table, leaves, share):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
+    li, lj, lk = -9, -9, -9
+    one = np.float32(1)
     for p in range(len(positions)):
         x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
         i, j, k = int(x), int(y), int(z)
-        load_stencil(table, leaves, i, j, k, stencil)
-        fx, fy, fz = x - i + 0.5, y - j + 0.5, z - k + 0.5
-        a, b, c = int(fx), int(fy), int(fz)
+        if i != li or j != lj or k != lk:
+            load_stencil(table, leaves, i, j, k, stencil)
+            li, lj, lk = i, j, k
+        # Weights about cell centres are those of a face in the other two directions.
+        _, b, c, _, wy, wz = face_corner(x, y, z, i, j, k, 0)
+        a, _, _, wx, _, _ = face_corner(x, y, z, i, j, k, 1)
         for da in range(2):
+            ua = volumes[p] * (wx if da else one - wx)
             for db in range(2):
+                ub = ua * (wy if db else one - wy)
                 for dc in range(2):
-                    w = abs(1 - da - fx + a) * abs(1 - db - fy + b) * abs(1 - dc - fz + c)
-                    share[stencil[a + da, b + db, c + dc]] += w * volumes[p]
+                    w = ub * (wz if dc else one - wz)
+                    share[stencil[a + da, b + db, c + dc]] += w

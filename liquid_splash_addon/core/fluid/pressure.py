@@ -11,7 +11,10 @@ from numba import njit
 from .cells import Cells
 
 SEPARATION_PASSES = 2
-"""Solves after the first in which cells that a wall pulls at are let go."""
+"""Rough solves, after each of which cells that a wall pulls at are let go."""
+
+ROUGH = 1e-2
+"""Residual at which a solution tells where walls pull."""
 
 
 PULL = 1e-4
@@ -41,7 +44,7 @@ class Poisson(NamedTuple):
         return cls(coefficients, diagonal, walled, cells.neighbours)
 
     def solve(
-        self, rhs: np.ndarray, letting_go: bool, rtol: float = 1e-4, maxiter: int = 400
+        self, rhs: np.ndarray, letting_go: bool, rtol: float = 5e-4, maxiter: int = 400
     ) -> np.ndarray:
         """Return q ``(liquid,)`` with A q = ``rhs``, q = 0 in the air, by conjugate gradients.
 
@@ -53,14 +56,21 @@ class Poisson(NamedTuple):
         """
         pinned = self.diagonal <= 0
         q = np.zeros(len(rhs), dtype=np.float32)
-        for _ in range(1 + SEPARATION_PASSES):
-            _solve(self.coefficients, self.diagonal, self.neighbours, rhs, pinned, q, rtol, maxiter)
+        for _ in range(SEPARATION_PASSES if letting_go else 0):
+            self._improve(q, rhs, pinned, max(ROUGH, rtol), maxiter)
             # A threshold, so that rounding does not decide for cells in free flight (q = 0).
             pulled = self.walled & (q < -PULL * np.abs(q).max(initial=0)) & ~pinned
-            if not letting_go or not pulled.any():
+            if not pulled.any():
                 break
             pinned |= pulled
+        self._improve(q, rhs, pinned, rtol, maxiter)
         return q
+
+    def _improve(
+        self, q: np.ndarray, rhs: np.ndarray, pinned: np.ndarray, rtol: float, maxiter: int
+    ) -> None:
+        """Iterate from ``q``, in place, until the residual is small."""
+        _solve(self.coefficients, self.diagonal, self.neighbours, rhs, pinned, q, rtol, maxiter)
 
 
 def project(

@@ -69,17 +69,20 @@ def face_corner(x, y, z, i, j, k, axis):
 
     The corner is relative to cell (i, j, k) - 1, the weights are those of the upper faces.
     """
-    fx = x - i + (1.0 if axis == 0 else 0.5)
-    fy = y - j + (1.0 if axis == 1 else 0.5)
-    fz = z - k + (1.0 if axis == 2 else 0.5)
+    # Single precision throughout: x - i is exact, and mixing in an integer would make it double.
+    half, one = np.float32(0.5), np.float32(1)
+    fx = x - np.float32(i) + (one if axis == 0 else half)
+    fy = y - np.float32(j) + (one if axis == 1 else half)
+    fz = z - np.float32(k) + (one if axis == 2 else half)
     a, b, c = int(fx), int(fy), int(fz)
-    return a, b, c, np.float32(fx - a), np.float32(fy - b), np.float32(fz - c)
+    return a, b, c, fx - np.float32(a), fy - np.float32(b), fz - np.float32(c)
 
 
 @njit(cache=True, fastmath=True)
 def _scatter(positions, velocities, affine, volumes, table, leaves, faces, weights):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
     li, lj, lk = -9, -9, -9
+    one = np.float32(1)
     for p in range(len(positions)):
         x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
         i, j, k = int(x), int(y), int(z)
@@ -91,13 +94,15 @@ def _scatter(positions, velocities, affine, volumes, table, leaves, faces, weigh
             v, volume = velocities[p, axis], volumes[p]
             cx, cy, cz = affine[p, axis, 0], affine[p, axis, 1], affine[p, axis, 2]
             for da in range(2):
-                ua = volume * (wx if da else 1 - wx)
+                ua = volume * (wx if da else one - wx)
+                va = v + cx * (np.float32(da) - wx)
                 for db in range(2):
-                    ub = ua * (wy if db else 1 - wy)
+                    ub = ua * (wy if db else one - wy)
+                    vb = va + cy * (np.float32(db) - wy)
                     for dc in range(2):
-                        w = ub * (wz if dc else 1 - wz)
+                        w = ub * (wz if dc else one - wz)
                         n = stencil[a + da, b + db, c + dc]
-                        faces[n, axis] += w * (v + cx * (da - wx) + cy * (db - wy) + cz * (dc - wz))
+                        faces[n, axis] += w * (vb + cz * (np.float32(dc) - wz))
                         weights[n, axis] += w
 
 
@@ -105,6 +110,8 @@ def _scatter(positions, velocities, affine, volumes, table, leaves, faces, weigh
 def _gather(positions, velocities, table, leaves, before, after, flip, out, there, affine):
     stencil = np.empty((3, 3, 3), dtype=np.int32)
     li, lj, lk = -9, -9, -9
+    one = np.float32(1)
+    keep = one - flip
     for p in range(len(positions)):
         x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
         i, j, k = int(x), int(y), int(z)
@@ -116,11 +123,11 @@ def _gather(positions, velocities, table, leaves, before, after, flip, out, ther
             new, change = np.float32(0), np.float32(0)
             gx, gy, gz = np.float32(0), np.float32(0), np.float32(0)
             for da in range(2):
-                ua = wx if da else 1 - wx
+                ua = wx if da else one - wx
                 for db in range(2):
-                    ub = wy if db else 1 - wy
+                    ub = wy if db else one - wy
                     for dc in range(2):
-                        uc = wz if dc else 1 - wz
+                        uc = wz if dc else one - wz
                         n = stencil[a + da, b + db, c + dc]
                         u = after[n, axis]
                         w = ua * ub * uc
@@ -131,10 +138,10 @@ def _gather(positions, velocities, table, leaves, before, after, flip, out, ther
                         gy += (u if db else -u) * ua * uc
                         gz += (u if dc else -u) * ua * ub
             there[p, axis] = new
-            out[p, axis] = flip * (velocities[p, axis] + change) + (1 - flip) * new
-            affine[p, axis, 0] = (1 - flip) * gx
-            affine[p, axis, 1] = (1 - flip) * gy
-            affine[p, axis, 2] = (1 - flip) * gz
+            out[p, axis] = flip * (velocities[p, axis] + change) + keep * new
+            affine[p, axis, 0] = keep * gx
+            affine[p, axis, 1] = keep * gy
+            affine[p, axis, 2] = keep * gz
 
 
 def sample(points: np.ndarray, cells: Cells, faces: np.ndarray) -> np.ndarray:
@@ -165,14 +172,14 @@ def sample_face(x, y, z, i, j, k, axis, stencil, whole, faces):
     stencil, whole : what :func:`load_stencil` gave for this cell.
     """
     a, b, c, wx, wy, wz = face_corner(x, y, z, i, j, k, axis)
-    total, weight = np.float32(0), np.float32(0)
+    total, weight, one = np.float32(0), np.float32(0), np.float32(1)
     for da in range(2):
-        ua = wx if da else 1 - wx
+        ua = wx if da else one - wx
         for db in range(2):
-            ub = ua * (wy if db else 1 - wy)
+            ub = ua * (wy if db else one - wy)
             for dc in range(2):
                 n = stencil[a + da, b + db, c + dc]
-                w = ub * (wz if dc else 1 - wz)
+                w = ub * (wz if dc else one - wz)
                 if whole:
                     total += w * faces[n, axis]
                 elif n >= 0:
