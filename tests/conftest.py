@@ -15,7 +15,10 @@ if os.environ.get("LIQUID_SPLASH_NO_BPY") == "1":
     sys.modules.update(dict.fromkeys(BLENDER_MODULES))
 
 HAS_BPY = importlib.util.find_spec("bpy") is not None
-collect_ignore = [] if HAS_BPY else ["blender"]
+# What is long and cannot depend on Blender runs where there is none.
+collect_ignore = (
+    ["training/test_physics.py", "training/test_running.py"] if HAS_BPY else ["blender"]
+)
 
 
 def pytest_report_header() -> str:

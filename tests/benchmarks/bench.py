@@ -8,9 +8,9 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks import synthesis
+from tests.benchmarks import simulation, synthesis
 
-AREAS = (synthesis.measure,)
+AREAS = (synthesis.measure, simulation.measure)
 
 
 def main() -> None:
@@ -22,7 +22,7 @@ def main() -> None:
     for measure in AREAS:
         for name, value in measure().items():
             numbers[name] = round(value, 4)
-            print(f"{name:32} {value:10.3f}", flush=True)
+            print(f"{name:40} {value:10.3f}", flush=True)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(numbers, indent=2) + "\n")
 
