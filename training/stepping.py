@@ -116,7 +116,7 @@ class Flow(NamedTuple):
     ----------
     cells : the active cells
     before, after : float32 ``(cells, 3)`` cells/s, without and with forces and pressure,
-        extrapolated into the air
+        extrapolated into the air (``before`` only where FLIP is in use)
     apart : ``(cells, 3)`` cells, displacements that spread crowded particles; None if not asked
     """
 
@@ -149,7 +149,8 @@ def flow(
         solid = world.obstacle.distance(cells.coordinates + 0.5)
         apart = spread_apart(crowding(particles, cells, solid, share), cells, share, matrix)
         extrapolate(apart, valid, cells, layers)
-    extrapolate(before, valid, cells, layers)
+    if world.physics.flip:  # only FLIP's change is taken against it
+        extrapolate(before, valid, cells, layers)
     extrapolate(faces, valid, cells, layers)
     return Flow(cells, before, faces, apart)
 
@@ -192,6 +193,9 @@ def advance(liquid: Liquid, world: World, time: float) -> Liquid:
     while liquid.time < time - 1e-9 and len(liquid.particles.positions):
         left = time - liquid.time
         wanted = left * (liquid.particles.speed_limit() + world.gravity * left) / world.physics.cfl
+        if world.physics.tension:  # the shortest capillary waves (Brackbill 1992)
+            wanted = max(wanted, left * np.sqrt(2 * np.pi * world.tension))
         power = 2 ** np.ceil(np.log2(max(wanted, 1.0)))
-        liquid = step(liquid, world, left / (0.75 * power if wanted <= 0.75 * power else power))
+        fewer = 0.75 * power if power >= 4 else power
+        liquid = step(liquid, world, left / (fewer if wanted <= fewer else power))
     return liquid

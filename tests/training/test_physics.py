@@ -16,7 +16,16 @@ from training.families import random_scene
 from training.obstacles import NOTHING, Obstacle, open_share
 from training.scenes import Streamlet
 from training.simulate import overlap
-from training.stepping import GRAVITY, Physics, World, advance, flow, initial_liquid, step
+from training.stepping import (
+    GRAVITY,
+    SURFACE_TENSION,
+    Physics,
+    World,
+    advance,
+    flow,
+    initial_liquid,
+    step,
+)
 
 G = GRAVITY / SPACING
 
@@ -180,6 +189,19 @@ def test_a_symmetric_scene_stays_symmetric():
         image = (where - 40) * mirror + 40
         distance, _ = cKDTree(where).query(image)
         assert distance.max() < 1e-4 * scale
+
+
+def test_surface_tension_rounds_a_rod():
+    """Without gravity a short rod of water of 8 mm contracts; without tension it stays."""
+    spacing = 0.001
+    ratios = []
+    for tension in (True, False):
+        world = World(80, 0.0, SURFACE_TENSION / spacing**3, NOTHING, Physics(tension=tension))
+        liquid = advance(at_rest(block((30, 37, 37), (50, 43, 43))), world, 0.05)
+        spread = liquid.particles.positions.std(axis=0)
+        ratios.append(spread[0] / spread[1:].mean())
+    assert ratios[0] < 0.7 * ratios[1]
+    assert ratios[1] == pytest.approx(20 / 6, rel=0.02)
 
 
 def test_twins_differ_in_detail_and_agree_in_shape():
