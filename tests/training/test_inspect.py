@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures, statistics and the ceiling."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from training.ceiling import frame_iou
+from training.ceiling import main as ceiling_main
+from training.dataset import SPLITS, list_items
+from training.inspect import histogram
+from training.inspect import main as inspect_main
+from training.obstacles import NOTHING, Obstacle
+from training.picture import contact_sheet, draw_liquid
+
+
+def ball(radius=12.0, side=40):
+    """Return the clipped distance of a ball in the middle of a cube of cells."""
+    axis = np.arange(side) + 0.5 - side / 2
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    return np.clip(np.sqrt(x * x + y * y + z * z) - radius, -3, 3).astype(np.float32)
+
+
+def blueness(picture):
+    """Return how much bluer than red each pixel is, 0..255."""
+    pixels = np.asarray(picture).astype(int)
+    return pixels[..., 2] - pixels[..., 0]
+
+
+def test_a_ball_is_drawn_as_a_disc_of_its_size():
+    picture = draw_liquid(ball(), 120, width=48.0)
+    wet = blueness(picture) > 25
+    assert wet.sum() == pytest.approx(np.pi * (12 / 48 * 120) ** 2, rel=0.04)
+    rows, columns = np.nonzero(wet)
+    assert (rows.mean(), columns.mean()) == pytest.approx((59.5, 59.5), abs=1)
+
+
+def test_a_solid_hides_what_lies_behind_it_and_strokes_lie_on_top():
+    towards_camera = np.array([20 + 10 * np.cos(0.6), 20 + 10 * np.sin(0.6), 26.0])
+    solid = Obstacle("sphere", 8.0, 8.0, towards_camera, np.eye(3))
+    free, hidden = (draw_liquid(ball(), 80, body, width=48.0) for body in (NOTHING, solid))
+    assert (blueness(hidden) > 25).sum() < 0.8 * (blueness(free) > 25).sum()
+    line = np.array([[20.0, 20, 10], [20, 20, 30]])
+    drawn = draw_liquid(ball(), 80, strokes=[line], width=48.0)
+    change = np.abs(np.asarray(drawn).astype(int) - np.asarray(free)).max(axis=-1)
+    rows, columns = np.nonzero(change > 20)
+    assert np.ptp(rows) == pytest.approx(20 / 48 * 80 * np.cos(np.radians(22)), abs=3)
+    assert np.abs(columns - 40).max() < 3
+
+
+def test_a_contact_sheet_holds_all_pictures():
+    pictures = [Image.new("RGB", (10, 10), (n, n, n)) for n in range(5)]
+    sheet = np.asarray(contact_sheet(pictures, columns=3, gap=2))
+    assert sheet.shape == (22, 34, 3)
+    assert sheet[15, 15].tolist() == [4, 4, 4]
+    assert sheet[15, 30].tolist() == [255, 255, 255]
+
+
+def test_a_histogram_shows_shares():
+    lines = histogram("things", [0.1, 0.2, 0.7, 5.0], (0, 0.5, 1))
+    assert lines[0] == "things"
+    assert "66.7%" in lines[1] and "33.3%" in lines[2]
+    assert lines[1].count("#") == 2 * lines[2].count("#") > 0
+
+
+def test_inspect_says_what_there_is_and_draws_it(toy_data: Path, tmp_path, run_command, capsys):
+    sheet = tmp_path / "sheet.png"
+    options = ("--most", 2, "--sheet", sheet, "--pictures", 2, "--columns", 2, "--pixels", 64)
+    assert run_command(inspect_main, toy_data, *options) == 0
+    text = capsys.readouterr().out
+    for split in SPLITS:
+        assert f"{split}: 1 scenes, {len(list_items(toy_data, split))} frames" in text
+    assert "kB a frame" in text and "sketches:" in text and "spray:" in text
+    picture = Image.open(sheet)
+    assert picture.size == (132, 64)
+    assert (blueness(picture) > 25).mean() > 0.01
+
+
+def test_inspect_says_when_there_is_nothing(tmp_path: Path, run_command, capsys):
+    assert run_command(inspect_main, tmp_path) == 1
+    assert "training.simulate" in capsys.readouterr().err
+
+
+def test_frames_of_twins_are_compared_where_they_lie(toy_data: Path):
+    frame = list_items(toy_data, "train")[0].load()
+    moved = type(frame)(
+        frame.distance, frame.velocity, frame.start + 100, frame.droplets, frame.time
+    )
+    assert frame_iou(frame, frame) == 1.0
+    assert frame_iou(frame, moved) == 0.0
+
+
+def test_the_ceiling_is_measured(tmp_path: Path, run_command, capsys):
+    out = tmp_path / "ceiling.json"
+    options = ("--scenes", 2, "--resolution", 32, "--workers", 1, "--out", out)
+    assert run_command(ceiling_main, *options) == 0
+    rows = json.loads(out.read_text())
+    values = [row["iou"] for row in rows]
+    assert rows and 0.3 < np.mean(values) < 1
+    assert f"mean over {len(rows)} frames: {np.mean(values):.3f}" in capsys.readouterr().out
