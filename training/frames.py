@@ -74,8 +74,11 @@ class Frame:
 def pack_distance(distance: np.ndarray) -> np.ndarray:
     """Return the int8 codes of a signed distance in cells."""
     edges = (LEVELS[1:-1] + LEVELS[2:]) / 2
-    code = np.digitize(np.abs(distance), edges) + 1
-    return np.where(distance < 0, -code, code).astype(np.int8)
+    size = np.abs(distance)
+    code = np.full(distance.shape, len(LEVELS) - 1, dtype=np.int8)
+    near = size < edges[-1]  # a small part of the box
+    code[near] = np.digitize(size[near], edges) + 1
+    return np.where(distance < 0, -code, code)
 
 
 def pack_velocity(velocity: np.ndarray) -> np.ndarray:

@@ -43,7 +43,7 @@ MOST_FRAMES = 16
 LEAST_INSIDE = 0.8
 """Share of the emitted liquid that must lie in the local box of the frame's own strokes."""
 
-GIVE_UP = 0.7
+GIVE_UP = 0.77
 """A run stops when less of the liquid than this lies in a local box along its own axes."""
 
 

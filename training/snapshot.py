@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from liquid_splash_addon.core.fluid.surface import BAND, particle_distance
+from liquid_splash_addon.core.fluid.surface import BAND, particle_level, redistance
 from liquid_splash_addon.core.fluid.transfer import sample
 
 from .frames import Frame, near_blocks, pack_distance, pack_velocity
@@ -33,28 +33,27 @@ def take_frame(
     start = np.floor(positions.min(axis=0)).astype(int) - MARGIN
     shape = np.ceil(positions.max(axis=0)).astype(int) + MARGIN - start
     x, y, z = (int(n + n % 2) for n in shape)
-    distance = particle_distance(positions, volumes, start, (x, y, z))
-    pieces = find_pieces(distance, positions - start)
+    level = particle_level(positions, volumes, start, (x, y, z))
+    pieces = find_pieces(level, positions - start)
     spray = np.bincount(pieces, volumes)[pieces] < DROPLET
     if spray.any():
-        whole = ~spray
-        distance = particle_distance(positions[whole], volumes[whole], start, (x, y, z))
-    codes = pack_distance(distance)
+        level = particle_level(positions[~spray], volumes[~spray], start, (x, y, z))
+    codes = pack_distance(redistance(level))
     velocity = block_velocity(liquid.particles, world, codes, start, scale) * spacing
     droplets = gather_droplets(liquid.particles.take(spray), pieces[spray], spacing)
     return Frame(codes, pack_velocity(velocity), start, droplets, time)
 
 
-def find_pieces(distance: np.ndarray, positions: np.ndarray) -> np.ndarray:
+def find_pieces(level: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Return the number of the connected piece of liquid that each particle belongs to, ``(n,)``.
 
     A particle whose cell lies outside the surface belongs to a piece in the cells around it, or
     else is a piece with the others of its cell.
-    distance : ``(X, Y, Z)``; positions : ``(n, 3)`` cells of it.
+    level : ``(X, Y, Z)``, negative in the liquid; positions : ``(n, 3)`` cells of it.
     """
-    labels, count = ndimage.label(distance < 0)
+    labels, count = ndimage.label(level < 0)
     around = ndimage.maximum_filter(labels, 3)
-    flat = np.ravel_multi_index(tuple(positions.astype(int).T), distance.shape)
+    flat = np.ravel_multi_index(tuple(positions.astype(int).T), level.shape)
     pieces = labels.ravel()[flat].astype(np.int64)
     pieces = np.where(pieces == 0, around.ravel()[flat], pieces)
     alone = pieces == 0

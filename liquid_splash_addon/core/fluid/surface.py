@@ -23,17 +23,28 @@ def particle_distance(
 ) -> np.ndarray:
     """Return the signed distance of the particles' surface at cell centres.
 
+    It is that to the zero set of :func:`particle_level`, which has the arguments. Returns
+    float32 ``shape``, in cells, clipped to +-BAND, negative inside.
+    """
+    return redistance(particle_level(positions, volumes, start, shape))
+
+
+def particle_level(
+    positions: np.ndarray, volumes: np.ndarray, start: np.ndarray, shape: tuple[int, int, int]
+) -> np.ndarray:
+    """Return float32 ``shape``: negative inside the particles' surface, no distance elsewhere.
+
     The surface is where a point is RADIUS away from the weighted mean of the particles around
-    it (Zhu and Bridson 2005); the distance to it comes from :func:`redistance`.
+    it (Zhu and Bridson 2005).
 
     positions : float32 ``(n, 3)`` in cells; volumes : ``(n,)``; start : the cell at which the
-    result begins. Returns float32 ``shape``, in cells, clipped to +-BAND, negative inside.
+    result begins.
     """
     sums = np.zeros((*shape, 4), dtype=np.float32)
     _accumulate(positions - np.asarray(start, dtype=np.float32), volumes, sums)
     level = np.empty(shape, dtype=np.float32)
     _level(sums, level)
-    return redistance(level)
+    return level
 
 
 @njit(cache=True, fastmath=True)
