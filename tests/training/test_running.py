@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from training.frames import load_parameters, scene_path
@@ -20,9 +21,10 @@ COARSE = ("--resolution", 16)
 
 
 def start(*arguments, **options):
-    """Start a Python command in the project's folder; its output goes to a pipe."""
+    """Start a Python command in the project's folder, marked by its last argument."""
     command = [sys.executable, *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    environment["LIQUID_SPLASH_TEST"] = str(arguments[-1])
     return subprocess.Popen(
         command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True, **options
     )
@@ -79,17 +81,24 @@ def test_a_run_killed_at_any_moment_leaves_only_whole_files(tmp_path: Path):
     assert not list(tmp_path.glob("*.tmp"))
 
 
+def processes_with(word):
+    """Return the processes that :func:`start` marked so, and theirs: children inherit the mark."""
+    return [
+        process
+        for process in psutil.process_iter(["environ"])
+        if (process.info["environ"] or {}).get("LIQUID_SPLASH_TEST") == word
+    ]
+
+
 def test_workers_end_with_the_run_that_started_them(tmp_path: Path):
     run = simulate("--scenes", 500, "--workers", 2, "--out", tmp_path)
     wait_until(lambda: scenes(tmp_path))
+    assert len(processes_with(str(tmp_path))) >= 3
     run.kill()
     run.communicate()
-    time.sleep(2.0)
+    wait_until(lambda: not processes_with(str(tmp_path)), 10)
     count = len(scenes(tmp_path))
-    group = subprocess.run(
-        ["pgrep", "-f", f"--out {tmp_path}"], capture_output=True, text=True, check=False
-    )
-    assert group.stdout == ""
+    time.sleep(1.0)
     assert len(scenes(tmp_path)) == count
 
 
