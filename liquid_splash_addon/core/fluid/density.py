@@ -37,10 +37,15 @@ def crowding(
     """
     full = volume_share(particles, cells) / np.maximum(room(solid_distance), LEAST_ROOM)
     excess = full[: cells.liquid] - 1
-    inner = _enclosed(cells.neighbours, open_share, cells.liquid)
+    inner = enclosed_cells(cells, open_share)
     # Rectified noise would blow the surface up: a little crowding there is none.
     excess = np.where(inner, excess, np.maximum(excess - NOISE, 0))
     return np.asarray(RELAXATION * np.clip(excess, -MOST, MOST), dtype=np.float32)
+
+
+def enclosed_cells(cells: Cells, open_share: np.ndarray) -> np.ndarray:
+    """Return which liquid cells have liquid or solids on all sides, bool ``(liquid,)``."""
+    return np.asarray(_enclosed(cells.neighbours, open_share, cells.liquid))
 
 
 @njit(cache=True)
