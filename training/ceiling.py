@@ -26,6 +26,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS
 from .families import random_scene
 from .frames import Frame
 from .metrics import iou
+from .scheduling import end_with_parent
 from .simulate import simulate
 from .stepping import Physics
 
@@ -100,7 +101,9 @@ def main() -> int:
     work = partial(twins, resolution=args.resolution, physics=physics)
     seeds = range(FIRST_SEED, FIRST_SEED + args.scenes)
     rows: list[dict[str, float | str]] = []
-    with ProcessPoolExecutor(args.workers, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        args.workers, get_context("spawn"), initializer=end_with_parent
+    ) as pool:
         for part in tqdm(pool.map(work, seeds), total=len(seeds), unit="scene"):
             rows += part
     if not rows:

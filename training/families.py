@@ -71,8 +71,8 @@ def one_streamlet(rng: np.random.Generator, spacing: float) -> Parts:
     """Return the paper's scene: one streamlet, one solid of random size, turn and offset."""
     body = random_body(rng)
     streamlet = aimed(draw_streamlet(rng, spacing, RADIUS), body, rng, spacing)
-    body = moved(body, -streamlet.tip)
-    return (streamlet.shifted(-streamlet.tip),), body, GAP * spacing / streamlet.speed
+    there = -streamlet.tip
+    return (streamlet.shifted(there),), body.shifted(there), GAP * spacing / streamlet.speed
 
 
 def several_streamlets(rng: np.random.Generator, spacing: float) -> Parts:
@@ -89,12 +89,9 @@ def several_streamlets(rng: np.random.Generator, spacing: float) -> Parts:
             streamlets.append(other)
         if len(streamlets) == wanted:
             break
-    body = moved(body, -first.tip)
-    return (
-        tuple(s.shifted(-first.tip) for s in streamlets),
-        body,
-        GAP * spacing / first.speed,
-    )
+    there = -first.tip
+    shifted = tuple(s.shifted(there) for s in streamlets)
+    return shifted, body.shifted(there), GAP * spacing / first.speed
 
 
 def free_jets(rng: np.random.Generator, spacing: float) -> Parts:
@@ -160,11 +157,6 @@ def random_body(rng: np.random.Generator) -> Obstacle:
     shape = SHAPES[rng.integers(len(SHAPES))]
     size, height = (float(rng.uniform(*BODY)) for _ in range(2))
     return Obstacle(shape, size, height, np.zeros(3), Rotation.random(random_state=rng).as_matrix())
-
-
-def moved(body: Obstacle, by: np.ndarray) -> Obstacle:
-    """Return the body moved by ``by`` ``(3,)``."""
-    return Obstacle(body.shape, body.size, body.height, body.centre + by, body.axes)
 
 
 def aimed(

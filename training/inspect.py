@@ -10,7 +10,6 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -103,10 +102,7 @@ def describe_frames(items: Sequence[Item]) -> list[str]:
 def draw_item(item: Item, pixels: int) -> Any:
     """Return a picture of one frame, 0.45 m wide, with its solid and a sketch."""
     stored, parameters = item.load(), load_parameters(item.scene)
-    body = Obstacle(**{**parameters["obstacle"]})
-    body = replace(body, centre=np.asarray(body.centre), axes=np.asarray(body.axes))
-    solid = body.scaled(1 / item.spacing)
-    solid = replace(solid, centre=solid.centre - stored.start)
+    solid = Obstacle(**parameters["obstacle"]).scaled(1 / item.spacing).shifted(-stored.start)
     lines = [s.points / item.spacing - stored.start for s in held_out_strokes(item, stored)]
     middle = np.argwhere(stored.distance < 0).mean(axis=0) + 0.5
     width = 1.1 * LOCAL_CELLS * LOCAL_SPACING / item.spacing

@@ -60,6 +60,10 @@ class Obstacle:
             centre=np.asarray(self.centre) * factor,
         )
 
+    def shifted(self, by: np.ndarray) -> Obstacle:
+        """Return the body moved by ``by`` ``(3,)``."""
+        return replace(self, centre=np.asarray(self.centre) + by)
+
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance ``(n,)`` at ``points`` ``(n, 3)``, negative inside."""
         return _distances(points, *self.packed())

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from liquid_splash_addon.core.fluid.particles import Particles
+from liquid_splash_addon.core.fluid.sheets import SPACING
 
 from .obstacles import Obstacle
 
-SPACING = 0.5
-"""Distance of neighbouring particles at the start, cells: 8 a cell."""
-
 JITTER = 0.02
 """Largest displacement of a particle along each axis at the start, cells."""
+
+GOLDEN = (3 - np.sqrt(5)) / 2
+"""The golden angle, in turns."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,6 @@ class Streamlet:
         return Particles.moving(points, self.direction * self.speed / spacing, volume)
 
 
-GOLDEN = (3 - np.sqrt(5)) / 2
-
-
 @dataclass(frozen=True)
 class Scene:
     """One simulation, z up.
@@ -105,7 +103,7 @@ class Scene:
         return replace(
             self,
             streamlets=tuple(s.shifted(by) for s in self.streamlets),
-            obstacle=replace(self.obstacle, centre=self.obstacle.centre + by),
+            obstacle=self.obstacle.shifted(by),
         )
 
     def fill(self, jitter_seed: int = 0) -> Particles:

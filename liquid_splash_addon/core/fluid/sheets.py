@@ -34,7 +34,7 @@ CROWD = 16
 """Particles in a cell from which on light ones are merged in pairs."""
 
 SPACING = 0.5
-"""Distance of particles in liquid that has not been stretched, cells."""
+"""Distance of particles in liquid that has not been stretched, cells: 8 a cell."""
 
 
 def resample_sheets(
