@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,12 +16,13 @@ from liquid_splash_addon.core.alignment import NEAR_EQUAL, fit_frame, principal_
 from liquid_splash_addon.core.alignment import Frame as LocalFrame
 from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.fluid.streamlines import trilinear, velocity_at
-from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
+from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
 
 from .frames import Frame, load_frame, load_parameters
-from .sketching import STROKES_IN_TESTS, STROKES_IN_TRAINING, draw_strokes, trace_frame
+from .obstacles import Obstacle, load_obstacle
+from .sketching import STROKES_IN_TESTS, draw_strokes, trace_frame
 
 SPLITS = ("train", "validation", "test")
 
@@ -29,11 +30,16 @@ TENTH = 10
 """One scene in ten is for validation, one for tests."""
 
 
+FARTHEST = AIR - 0.1
+"""Cells whose distance is greater lie in mere air, whatever is interpolated there."""
+
+
 class Sample(NamedTuple):
     """One pair for the network.
 
-    condition : float32 ``(4, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, +-AIR;
-    velocity : float32 ``(3, X, Y, Z)`` m/s, zero far from the liquid; grid : the cells' place.
+    condition : float32 ``(4, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, clipped at
+    +-AIR or, where that is less, at the stored grid's own AIR cells; velocity : float32
+    ``(3, X, Y, Z)`` m/s, zero far from the liquid; grid : the cells' place.
     """
 
     condition: np.ndarray
@@ -44,12 +50,22 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class Item:
-    """One frame of the data set: scene file, number in it, seconds since impact, cell in metres."""
+    """One frame of the data set.
+
+    Attributes
+    ----------
+    scene : its file
+    number : the frame's number in it
+    time : seconds since impact
+    spacing : edge of the stored cells, metres
+    obstacle : in metres from the corner of the simulation's box
+    """
 
     scene: Path
     number: int
     time: float
     spacing: float
+    obstacle: Obstacle = field(compare=False, repr=False)
 
     @property
     def seed(self) -> int:
@@ -81,8 +97,9 @@ def list_items(data: Path, split: str) -> list[Item]:
     for scene in sorted(data.glob("scene_*.npz")):
         if split_of(int(scene.stem[-6:])) == split:
             parameters = load_parameters(scene)
+            obstacle = load_obstacle(parameters["obstacle"])
             for number, time in enumerate(parameters["times"]):
-                items.append(Item(scene, number, time, parameters["stored_spacing"]))
+                items.append(Item(scene, number, time, parameters["stored_spacing"], obstacle))
     return items
 
 
@@ -119,7 +136,7 @@ def sample_on(
 def resample(
     stored: Frame, spacing: float, frame: LocalFrame, grid: Grid
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance ``(X, Y, Z)`` (cells of ``grid``, +-AIR) and velocity ``(3, X, Y, Z)``.
+    """Return distance ``(X, Y, Z)`` (cells of ``grid``) and velocity ``(3, X, Y, Z)``.
 
     spacing : cell size of the simulation, metres.
     """
@@ -127,9 +144,9 @@ def resample(
     steps = frame.axes.T * grid.spacing / spacing
     first = np.asarray(grid.origin) + 0.5 * grid.spacing
     start = (frame.points_to_drawing(first) / spacing) - stored.start
-    distance = np.full(grid.shape, AIR, dtype=np.float32)
-    velocity = np.zeros((3, *grid.shape), dtype=np.float32)
     ratio = spacing / grid.spacing
+    distance = np.full(grid.shape, min(AIR, AIR * ratio), dtype=np.float32)
+    velocity = np.zeros((3, *grid.shape), dtype=np.float32)
     _resample(
         stored.signed_distance, stored.block_velocity, steps, start, ratio, frame.axes,
         distance, velocity,
@@ -151,39 +168,16 @@ def _resample(source, source_velocity, steps, start, ratio, axes, distance, velo
                 nx, ny, nz = source.shape
                 if x > nx - 0.5 or y > ny - 0.5 or z > nz - 0.5:
                     continue
+                if source[int(x), int(y), int(z)] > FARTHEST:
+                    continue
                 d = trilinear(source, x, y, z) * ratio
-                distance[i, j, k] = min(max(d, -AIR), AIR)
+                distance[i, j, k] = min(max(d, -AIR), distance[i, j, k])
                 if d < 2.0:
                     velocity_at(source_velocity, 0.5 * x, 0.5 * y, 0.5 * z, u)
                     for a in range(3):
                         velocity[a, i, j, k] = (
                             axes[a, 0] * u[0] + axes[a, 1] * u[1] + axes[a, 2] * u[2]
                         )
-
-
-def random_crop(
-    strokes: Sequence[Stroke], frame: LocalFrame, cells: int, rng: np.random.Generator
-) -> Grid:
-    """Return a ``cells``^3 part of the full-resolution box, around a random point of a stroke.
-
-    It begins at a multiple of the latent's lattice (16 cells).
-    """
-    stroke = strokes[rng.integers(len(strokes))]
-    point = frame.points_to_local(stroke.points[rng.integers(len(stroke.points))][None])
-    full = Grid.local()
-    wish = full.cell_of(point)[0] - cells // 2 + rng.integers(-16, 17, 3)
-    x, y, z = (int(np.clip(round(w / 16) * 16, 0, LOCAL_CELLS - cells)) for w in wish)
-    return full.crop((x, y, z), (cells, cells, cells))
-
-
-def training_sample(item: Item, rng: np.random.Generator, fine: bool, cells: int = 64) -> Sample:
-    """Return a random pair: a crop at full resolution if ``fine``, else the box as a draft."""
-    stored = item.load()
-    lines = trace_frame(stored, item.spacing, rng)
-    strokes = draw_strokes(lines, rng, STROKES_IN_TRAINING, jitter=True)
-    frame = augmented_frame(fit_frame(strokes), strokes, rng)
-    grid = random_crop(strokes, frame, cells, rng) if fine else Grid.local(cells)
-    return sample_on(stored, item.spacing, strokes, frame, grid)
 
 
 def held_out_strokes(item: Item, stored: Frame) -> list[Stroke]:
@@ -198,13 +192,3 @@ def held_out_sample(item: Item, cells: int) -> tuple[Sample, list[Stroke]]:
     stored = item.load()
     strokes = held_out_strokes(item, stored)
     return sample_on(stored, item.spacing, strokes, fit_frame(strokes), Grid.local(cells)), strokes
-
-
-def training_samples(items: Sequence[Item], seed: int, cells: int = 64) -> Iterator[Sample]:
-    """Yield random pairs without end; every second one at full resolution."""
-    rng = np.random.default_rng(seed)
-    number = 0
-    while True:
-        for index in rng.permutation(len(items)):
-            yield training_sample(items[index], rng, fine=number % 2 == 1, cells=cells)
-            number += 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turn a checkpoint into the add-on's weights: batch norm and threshold folded, float16.
+"""Turn a checkpoint into the add-on's weights: float16, with calibrated thresholds.
 
 python -m training.export RUN --data DATA
 """
@@ -10,7 +10,7 @@ import argparse
 import hashlib
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,44 +18,43 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
+from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
-from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork, fold_norm
+from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
 from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
 from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
 from .metrics import iou
-from .train import VELOCITY_SCALE, collate
+from .stream import VELOCITY_SCALE
 
-THRESHOLDS = np.linspace(0.2, 0.8, 31)
+THRESHOLDS = np.linspace(0.2, 0.7, 26)
 
 
 def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:
-    """Return the averaged network of a run and its checkpoint; FileNotFoundError if none."""
-    state = torch.load(run / "checkpoint.pt", weights_only=True)
-    network = SplashNetwork(NetworkConfig(**state["shape"]))
-    network.load_state_dict(state["average"])
+    """Return the averaged network of a run and its checkpoint.
+
+    Raises FileNotFoundError where there is none, ValueError where it is another model's.
+    """
+    state = torch.load(run / "checkpoint.pt", weights_only=True, map_location="cpu")
+    if state.get("kind") != "splash":
+        raise ValueError(f"{run} holds the paper's model, which the add-on cannot use")
+    network = SplashNetwork(NetworkConfig(**state["learner"]["shape"]))
+    network.load_state_dict(state["learner"]["average"])
     return network.eval(), state
 
 
-@torch.inference_mode()
-def best_threshold(network: SplashNetwork, items: Sequence[Item], grids: Iterable[int]) -> float:
-    """Return the probability at which validation frames have the best mean IoU."""
+def best_threshold(generator: Generator, items: Sequence[Item], cells: int) -> float:
+    """Return the probability at which validation frames have the best mean IoU.
+
+    generator : with thresholds of 0.5 so far.
+    """
     scores = []
-    for cells in grids:
-        for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
-            batch = collate([held_out_sample(item, cells)[0]])
-            probability = torch.sigmoid(network(batch.condition, batch.scale)[0, 0]).numpy()
-            truth = batch.distance[0].numpy() < 0
-            scores.append([iou(probability > t, truth) for t in THRESHOLDS])
+    for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
+        sample, _ = held_out_sample(item, cells)
+        probability = generator.generate(sample.condition, sample.grid).occupancy
+        scores.append([iou(probability > t, sample.distance < 0) for t in THRESHOLDS])
     return float(THRESHOLDS[int(np.mean(scores, axis=0).argmax())])
-
-
-def fold_threshold(network: SplashNetwork, threshold: float) -> None:
-    """Shift the logit in place so that ``threshold`` becomes 0.5."""
-    assert network.head.bias is not None
-    with torch.no_grad():
-        network.head.bias[:8] -= float(np.log(threshold / (1 - threshold)))
 
 
 def data_hash(items: Sequence[Item]) -> str:
@@ -99,25 +98,30 @@ def main() -> int:
     except (OSError, ValueError) as error:
         print(f"{error}: run training.train first, with the same data", file=sys.stderr)
         return 1
-    threshold = best_threshold(network, validation, (64, 128))
-    folded = fold_norm(network)
-    fold_threshold(folded, threshold)
-    header = {
+    header: dict[str, Any] = {
         "local_cells": LOCAL_CELLS,
         "local_spacing": LOCAL_SPACING,
         "velocity_scale": VELOCITY_SCALE,
-        "channels": {"in": ["occupancy", "velocity"], "out": ["logit", "distance", "velocity"]},
-        "threshold": threshold,
+        "channels": {
+            "in": ["occupancy", "velocity", "obstacle"],
+            "out": ["logit", "distance", "velocity"],
+        },
+        "thresholds": {"draft": 0.5, "detail": 0.5},
         "data_hash": data_hash(training),
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
-        "training": state["config"],
+        "training": state["training"],
         **sketch_statistics(choose(training, 200)),
         "figures": json.loads(args.figures.read_text()) if args.figures else {},
     }
+    generator = Generator(network, header, "", "cpu")
+    header["thresholds"] = {
+        "draft": best_threshold(generator, validation, state["training"]["cells"]),
+        "detail": best_threshold(generator, validation, LOCAL_CELLS),
+    }
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    save_weights(folded, header, args.out)
-    print(f"{args.out}: threshold {threshold:.2f}, real size {header['real_size']:.3f} m, "
+    save_weights(network, header, args.out)
+    print(f"{args.out}: thresholds {header['thresholds']}, real size {header['real_size']:.3f} m, "
           f"fastest {header['fastest']:.2f} m/s")  # fmt: skip
     return 0
 

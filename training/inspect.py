@@ -21,7 +21,6 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 from .dataset import SPLITS, Item, held_out_sample, held_out_strokes, list_items, load_items
 from .evaluate import choose
 from .frames import load_parameters
-from .obstacles import Obstacle
 from .picture import contact_sheet, draw_liquid
 
 TIME_EDGES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.501)
@@ -101,8 +100,8 @@ def describe_frames(items: Sequence[Item]) -> list[str]:
 
 def draw_item(item: Item, pixels: int) -> Any:
     """Return a picture of one frame, 0.45 m wide, with its solid and a sketch."""
-    stored, parameters = item.load(), load_parameters(item.scene)
-    solid = Obstacle(**parameters["obstacle"]).scaled(1 / item.spacing).shifted(-stored.start)
+    stored = item.load()
+    solid = item.obstacle.scaled(1 / item.spacing).shifted(-stored.start)
     lines = [s.points / item.spacing - stored.start for s in held_out_strokes(item, stored)]
     middle = np.argwhere(stored.distance < 0).mean(axis=0) + 0.5
     width = 1.1 * LOCAL_CELLS * LOCAL_SPACING / item.spacing

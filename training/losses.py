@@ -18,31 +18,61 @@ NEAR = 8
 """Cells within about this distance of liquid or strokes have full weight."""
 
 
-class Batch(NamedTuple):
-    """A batch on one device. B samples of X x Y x Z cells.
+class Cells(NamedTuple):
+    """Condition and truth on one grid. B samples of X x Y x Z cells.
 
     condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale
-    scale : ``(B,)``, log2 of the cell size over the full-resolution one
     distance : ``(B, X, Y, Z)`` cells, +-AIR
     velocity : ``(B, 3, X, Y, Z)`` over the velocity scale
     """
 
     condition: Tensor
-    scale: Tensor
     distance: Tensor
     velocity: Tensor
 
 
-def band(batch: Batch) -> Tensor:
+class Batch(NamedTuple):
+    """A batch on one device: whole boxes, as in :class:`Cells`, and perhaps more of them.
+
+    obstacle : ``(B, 1, X, Y, Z)`` of ``network.closeness``
+    detail : a part of each box at twice the resolution
+    start : ``(B, 3)``, the part's first cell on the fine grid
+    """
+
+    condition: Tensor
+    distance: Tensor
+    velocity: Tensor
+    obstacle: Tensor
+    detail: Cells | None = None
+    start: Tensor | None = None
+
+    @property
+    def box(self) -> Cells:
+        """The whole boxes."""
+        return Cells(self.condition, self.distance, self.velocity)
+
+    def to(self, device: str) -> Batch:
+        """Return the batch on another device."""
+        if device == "cpu":
+            return self
+        box = Cells(*(t.to(device, non_blocking=True) for t in self.box))
+        obstacle = self.obstacle.to(device, non_blocking=True)
+        if self.detail is None:
+            return Batch(*box, obstacle)
+        detail = Cells(*(t.to(device, non_blocking=True) for t in self.detail))
+        return Batch(*box, obstacle, detail, self.start)
+
+
+def band(cells: Cells) -> Tensor:
     """Return each cell's weight ``(B, X, Y, Z)``: 1 near liquid or strokes, else BACKGROUND."""
-    occupied = torch.maximum((batch.distance < 0).float(), batch.condition[:, 0])[:, None]
+    occupied = torch.maximum((cells.distance < 0).float(), cells.condition[:, 0])[:, None]
     blocks = F.max_pool3d(occupied, NEAR // 2)
     near = F.max_pool3d(blocks, 5, stride=1, padding=2)
     near = F.interpolate(near, scale_factor=NEAR // 2, mode="nearest")[:, 0]
     return near + BACKGROUND * (1 - near)
 
 
-def sample_losses(output: Tensor, batch: Batch) -> Tensor:
+def sample_losses(output: Tensor, cells: Cells) -> Tensor:
     """Return the loss of each sample, ``(B,)``.
 
     Binary cross-entropy and soft Dice of the occupancy, L1 of the truncated distance, L1 of
@@ -50,15 +80,15 @@ def sample_losses(output: Tensor, batch: Batch) -> Tensor:
 
     output : ``(B, 5, X, Y, Z)`` of the network.
     """
-    weight = band(batch)
-    truth = (batch.distance < 0).float()
+    weight = band(cells)
+    truth = (cells.distance < 0).float()
     logit = output[:, 0]
     cross = F.binary_cross_entropy_with_logits(logit, truth, reduction="none")
     entropy = mean(cross, weight)
-    shape_error = mean((output[:, 1] - batch.distance / AIR).abs(), weight)
-    liquid = (batch.distance < 1).float()
-    error = (output[:, 2:] - batch.velocity).abs().sum(1)
-    speed = mean(batch.velocity.abs().sum(1), liquid).clamp_min(0.02)
+    shape_error = mean((output[:, 1] - cells.distance / AIR).abs(), weight)
+    liquid = (cells.distance < 1).float()
+    error = (output[:, 2:] - cells.velocity).abs().sum(1)
+    speed = mean(cells.velocity.abs().sum(1), liquid).clamp_min(0.02)
     return (
         entropy
         + dice(torch.sigmoid(logit), truth)

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -67,6 +69,12 @@ class Obstacle:
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance ``(n,)`` at ``points`` ``(n, 3)``, negative inside."""
         return _distances(points, *self.packed())
+
+
+def load_obstacle(fields: Mapping[str, Any]) -> Obstacle:
+    """Return the obstacle that a scene's parameters describe."""
+    arrays = {name: np.asarray(fields[name], dtype=float) for name in ("centre", "axes")}
+    return Obstacle(fields["shape"], fields["size"], fields["height"], **arrays)
 
 
 NOTHING = Obstacle("none", 0.0, 0.0, np.zeros(3), np.eye(3))

@@ -109,7 +109,7 @@ def share_in_own_box(liquid: Liquid, spacing: float) -> float:
 def share_in_sketch_box(liquid: Liquid, scene: Scene, frame: Frame, stored_spacing: float) -> float:
     """Return the share of the emitted liquid in the local box of a sketch of the frame."""
     rng = np.random.default_rng(scene.seed)
-    lines = trace_frame(frame, stored_spacing, rng)
+    lines = trace_frame(frame, stored_spacing, rng, skin=0.0)
     if len(lines) < FEWEST_LINES:
         return 0.0
     strokes = draw_strokes(lines, rng, (STROKES_IN_TESTS[1],) * 2, jitter=False)

@@ -15,6 +15,10 @@ from .frames import Frame
 SEEDS = 160
 """Streamlines traced for one use of a frame."""
 
+SKIN = 1.0
+"""Cells under the surface from which strokes go along it. What a user draws lies along the
+liquid, and a hand's velocity along its stroke; a plain streamline leaves a moving sheet."""
+
 LINE_LENGTH = (0.05, 0.4)
 """Range of the length at which a streamline is cut, metres."""
 
@@ -36,14 +40,21 @@ SPEED_NOISE = 0.1
 
 
 def trace_frame(
-    frame: Frame, spacing: float, rng: np.random.Generator, seeds: int = SEEDS
+    frame: Frame,
+    spacing: float,
+    rng: np.random.Generator,
+    seeds: int = SEEDS,
+    skin: float = SKIN,
 ) -> list[np.ndarray]:
-    """Return streamlines ``(m, 6)`` of a frame: metres from the box's corner, m/s."""
+    """Return streamlines ``(m, 6)`` of a frame: metres from the box's corner, m/s.
+
+    skin : see ``streamlines.trace``; 0 for streamlines as they are.
+    """
     distance = frame.signed_distance
     points = seed_points(distance, seeds, rng)
     lengths = rng.uniform(*LINE_LENGTH, len(points)) / spacing
     lines = []
-    for line in trace(distance, frame.block_velocity, points, lengths):
+    for line in trace(distance, frame.block_velocity, points, lengths, skin):
         thin = np.concatenate([line[:-1:THIN], line[-1:]])
         thin[:, :3] = (thin[:, :3] + frame.start) * spacing
         lines.append(thin.astype(np.float32))

@@ -3,15 +3,29 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
+from torch.nn import functional as F
 
 from .fields import AIR, Fields
 from .grid import LOCAL_SPACING, Grid
-from .network import NetworkConfig, SplashNetwork
+from .network import Draft, NetworkConfig, SplashNetwork, closeness, halved
+from .precision import DTYPES
 from .voxels import clamp_speed
+
+FAINT = 0.01
+"""Probability of liquid under which a draft's cell needs no detail."""
+
+MARGIN = 6
+"""Draft cells around those that need detail in which it is worked out too: what it sees there
+changes less than 1 % of the occupied cells (docs/training.md)."""
+
+MULTIPLE = {False: 16, True: 32}
+"""Cells that a side must be a multiple of, for a draft and at full resolution."""
 
 
 class Generator:
@@ -22,17 +36,24 @@ class Generator:
     header : what training wrote beside the weights (see ``weights``)
     weights_hash : SHA-256 of the weights' tensors, hexadecimal
     device : where it runs, a torch device name
-    precision : number format it runs in, 'float32'
+    precision : number format it runs in, a key of ``precision.DTYPES``
     """
 
     def __init__(
-        self, network: SplashNetwork, header: dict[str, Any], weights_hash: str, device: str
+        self,
+        network: SplashNetwork,
+        header: dict[str, Any],
+        weights_hash: str,
+        device: str,
+        precision: str = "float32",
     ) -> None:
-        self.network = network.to(device).eval()
+        self.network = network.to(
+            device, DTYPES[precision], memory_format=torch.channels_last_3d
+        ).eval()  # type: ignore[call-overload]
         self.header = header
         self.weights_hash = weights_hash
         self.device = device
-        self.precision = "float32"
+        self.precision = precision
 
     @property
     def config(self) -> NetworkConfig:
@@ -54,42 +75,102 @@ class Generator:
     ) -> Fields:
         """Return the splash for ``condition`` on ``grid``.
 
-        condition : float32 ``(4, X, Y, Z)`` of ``voxels.rasterize``, X, Y, Z multiples of 16.
+        Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
+
+        condition : float32 ``(4, X, Y, Z)`` of ``voxels.rasterize``; X, Y, Z multiples of 32,
+        of 16 in a draft.
         latent : float32 ``(L, l, l, l)`` of :func:`draw_latent`; None is the deterministic answer.
-        obstacle : signed distance in cells ``(X, Y, Z)``, for weights that take one.
+        obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
+        may reach into it.
 
-        Raises ValueError for an obstacle that the weights take no notice of, or a shape that
-        does not fit.
+        Raises ValueError for a shape that does not fit.
         """
+        fine = grid.spacing < 1.5 * LOCAL_SPACING
+        if any(n % MULTIPLE[fine] for n in condition.shape[1:]):
+            raise ValueError(
+                f"the grid must be a multiple of {MULTIPLE[fine]} cells, not {condition.shape[1:]}"
+            )
+        if obstacle is not None and obstacle.shape != condition.shape[1:]:
+            raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape[1:]}")
+        strokes = self.tensor(clamp_speed(condition, self.fastest))
+        strokes[:, 1:] /= self.header["velocity_scale"]
+        near = None
         if obstacle is not None:
-            raise ValueError("these weights take no obstacle: carve it out of the result instead")
-        if any(n % 16 for n in condition.shape[1:]):
-            raise ValueError(f"the grid must be a multiple of 16 cells, not {condition.shape[1:]}")
-        output = self.run(clamp_speed(condition, self.fastest), grid.spacing, latent)
-        occupancy = torch.sigmoid(output[0]).cpu().numpy()
-        distance = np.clip(output[1].cpu().numpy() * AIR, -AIR, AIR)
+            near = closeness(self.tensor(obstacle[None]), grid.spacing)
+        z = None if latent is None else self.tensor(latent)
+        output = (
+            self.full(strokes, z, near) if fine else self.network.draft(strokes, z, near).output[0]
+        )
+        threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
+        occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
+        reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
+        distance = np.clip(output[1].cpu().numpy() * AIR, -reach, reach)
         velocity = output[2:].cpu().numpy() * np.float32(self.header["velocity_scale"])
-        return settle(occupancy, distance, velocity, grid)
+        return settle(occupancy, distance, velocity, grid, reach)
 
-    def run(self, condition: np.ndarray, spacing: float, latent: np.ndarray | None) -> torch.Tensor:
-        """Return the network's raw output ``(5, X, Y, Z)``, the threshold folded into the logit."""
-        scaled = torch.from_numpy(condition).to(self.device)[None]
-        scaled[:, 1:] /= self.header["velocity_scale"]
-        scale = torch.tensor([np.log2(spacing / LOCAL_SPACING)], dtype=torch.float32)
-        z = None if latent is None else torch.from_numpy(latent).to(self.device)[None]
-        output: torch.Tensor = self.network(scaled, scale.to(self.device), z)[0]
-        return output
+    def tensor(self, array: np.ndarray) -> Tensor:
+        """Return a copy of an array as a batch of one on the device."""
+        return torch.tensor(array, dtype=torch.float32, device=self.device)[None]
+
+    def full(self, condition: Tensor, latent: Tensor | None, near: Tensor | None) -> Tensor:
+        """Return the output ``(5, X, Y, Z)`` at full resolution: detail where there may be liquid.
+
+        condition ``(1, 4, X, Y, Z)`` over the velocity scale; near ``(1, 1, X, Y, Z)``.
+        """
+        strokes = halved(condition)
+        near = None if near is None else F.avg_pool3d(near, 2)
+        draft = self.network.draft(strokes, latent, near)
+        output = F.interpolate(draft.output, scale_factor=2, mode="nearest")
+        wanted = (torch.sigmoid(draft.output[0, 0]) > FAINT) | (strokes[0, 0] > 0)
+        box = bounding_box(wanted)
+        if box:
+            fine, coarse = grown(box, 2.0), grown(box, 0.5)
+            part = Draft(take(draft.output, box), take(draft.features, coarse))
+            take(output, fine)[:] = self.network.detail(take(condition, fine), part)
+        return output[0]
 
 
-def settle(occupancy: np.ndarray, distance: np.ndarray, velocity: np.ndarray, grid: Grid) -> Fields:
+def bounding_box(wanted: Tensor) -> tuple[slice, ...]:
+    """Return slices of the box around the cells that are true, MARGIN wider, of even bounds.
+
+    wanted : bool ``(x, y, z)``; the result is empty where none is true.
+    """
+    cells = wanted.nonzero()
+    if not len(cells):
+        return ()
+    low = (cells.min(0).values - MARGIN).clamp_min(0) // 2 * 2
+    high = (cells.max(0).values + 1 + MARGIN + 1) // 2 * 2
+    bounds = zip(low.tolist(), high.tolist(), wanted.shape, strict=True)
+    return tuple(slice(a, min(b, n)) for a, b, n in bounds)
+
+
+def take(x: Tensor, box: tuple[slice, ...]) -> Tensor:
+    """Return the part of ``(B, C, X, Y, Z)`` in a box, a view."""
+    return x[:, :, box[0], box[1], box[2]]
+
+
+def grown(box: tuple[slice, ...], factor: float) -> tuple[slice, ...]:
+    """Return the box on cells ``factor`` times as many."""
+    return tuple(slice(int(s.start * factor), int(s.stop * factor)) for s in box)
+
+
+def settle(
+    occupancy: np.ndarray,
+    distance: np.ndarray,
+    velocity: np.ndarray,
+    grid: Grid,
+    reach: float = AIR,
+) -> Fields:
     """Return Fields whose parts agree: occupancy decides where liquid is.
 
     The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both
-    disagree) and the velocity ends AIR cells outside the liquid.
+    disagree) and the velocity ends where the distance does.
+
+    reach : greatest distance that is known, cells.
     """
     sign = np.where(occupancy > 0.5, -1.0, 1.0).astype(np.float32)
     agreed = sign * np.maximum(sign * distance, np.float32(0.1))
-    near = agreed < AIR - 0.01
+    near = agreed < reach - 0.01
     return Fields(occupancy, np.where(near, agreed, np.float32(AIR)), velocity * near, grid)
 
 

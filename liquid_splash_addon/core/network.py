@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The generator's network: a residual 3D U-Net with a latent."""
+"""The generator's networks: a draft of the whole box, then detail where there is liquid."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import itertools
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
-from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 CONDITION_CHANNELS = 4  # occupancy, velocity x, y, z
 OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
+NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
 
 SPARSE = 1e-4
 """Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
@@ -20,42 +21,59 @@ SPARSE = 1e-4
 
 @dataclass(frozen=True)
 class NetworkConfig:
-    """Everything needed to rebuild a network; written into the weights' header.
+    """Everything needed to rebuild the networks; written into the weights' header.
 
     Attributes
     ----------
-    widths : channels of each level; the first level has half the grid's resolution
+    widths : channels of the draft's levels; the first level has half the draft's resolution
     encoder_blocks, decoder_blocks : residual blocks of each level (the decoder has one level less)
+    detail_widths, detail_blocks : the same of the detail network's two levels
     latent_channels : channels of the latent
     latent_cells : cells of the latent's lattice along each side of the local box
-    norm : batch norm (training); exported networks have it folded into the convolutions
     """
 
-    widths: tuple[int, ...] = (16, 32, 64, 128)
-    encoder_blocks: tuple[int, ...] = (1, 1, 2, 2)
+    widths: tuple[int, ...] = (32, 64, 128, 256)
+    encoder_blocks: tuple[int, ...] = (1, 2, 2, 2)
     decoder_blocks: tuple[int, ...] = (1, 1, 1)
+    detail_widths: tuple[int, int] = (24, 48)
+    detail_blocks: tuple[int, int] = (1, 2)
     latent_channels: int = 8
     latent_cells: int = 8
-    norm: bool = True
 
 
-def convolution(inputs: int, outputs: int, size: int, stride: int, norm: bool) -> nn.Module:
-    """Return a convolution, with batch norm behind it if ``norm``."""
-    padding = size // 2 if stride == 1 else 0
-    layer = nn.Conv3d(inputs, outputs, size, stride, padding, bias=not norm)
-    return nn.Sequential(layer, nn.BatchNorm3d(outputs)) if norm else nn.Sequential(layer)
+def convolution(inputs: int, outputs: int, size: int, stride: int = 1) -> nn.Conv3d:
+    """Return a convolution that keeps the size of its input, or divides it by ``stride``."""
+    layer = nn.Conv3d(inputs, outputs, size, stride, size // 2 if stride == 1 else 0)
+    nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
+    assert layer.bias is not None
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+def silent(layer: nn.Conv3d) -> nn.Conv3d:
+    """Return the layer with weights of zero: what it adds to has to be learned."""
+    nn.init.zeros_(layer.weight)
+    return layer
 
 
 class ResidualBlock(nn.Module):
-    """Two 3^3 convolutions around a shortcut."""
+    """Two 3^3 convolutions around a shortcut; the identity at first, so no norm is needed.
 
-    def __init__(self, width: int, norm: bool) -> None:
+    Batch norm would tie a result to how much air the other boxes of its batch held.
+    """
+
+    def __init__(self, width: int) -> None:
         super().__init__()
-        self.first = convolution(width, width, 3, 1, norm)
-        self.second = convolution(width, width, 3, 1, norm)
+        self.first = convolution(width, width, 3)
+        self.second = silent(convolution(width, width, 3))
 
     def forward(self, x: Tensor) -> Tensor:
         return F.relu(x + self.second(F.relu(self.first(x))))
+
+
+def blocks(width: int, count: int) -> nn.Sequential:
+    """Return ``count`` residual blocks."""
+    return nn.Sequential(*(ResidualBlock(width) for _ in range(count)))
 
 
 class Modulation(nn.Module):
@@ -63,11 +81,12 @@ class Modulation(nn.Module):
 
     def __init__(self, latent: int, width: int) -> None:
         super().__init__()
-        self.scale = nn.Conv3d(latent, width, 1, bias=False)
+        self.scale = silent(nn.Conv3d(latent, width, 1, bias=False))
         self.shift = nn.Conv3d(latent, width, 1, bias=False)
 
     def forward(self, x: Tensor, latent: Tensor) -> Tensor:
-        return x * (1 + self.scale(latent)) + self.shift(latent)
+        fine = F.interpolate(latent, size=x.shape[2:], mode="trilinear").to(x.dtype)
+        return x * (1 + self.scale(fine)) + self.shift(fine)
 
 
 class Encoding(NamedTuple):
@@ -77,76 +96,160 @@ class Encoding(NamedTuple):
     flow: Tensor
 
 
-class SplashNetwork(nn.Module):
-    """Condition and latent -> logit, distance, velocity, all on the condition's grid.
+class Draft(NamedTuple):
+    """``output`` ``(B, 5, x, y, z)`` and ``features`` at half its resolution, for the detail."""
 
-    The encoder sees no latent, so one encoding serves several latents. The latent enters at
-    the decoder's coarsest level, which is never coarser than the latent's lattice.
+    output: Tensor
+    features: Tensor
+
+
+class DraftNetwork(nn.Module):
+    """A residual 3D U-Net: condition and latent -> logit, distance, velocity of the whole box.
+
+    The encoder sees no latent, so one encoding serves several latents. The latent enters the
+    decoder's two coarsest levels.
     """
 
     def __init__(self, config: NetworkConfig) -> None:
         super().__init__()
-        self.config = config
-        widths, norm = config.widths, config.norm
-        levels = range(len(widths))
-        self.stem = convolution(CONDITION_CHANNELS + 1, widths[0], 2, 2, norm)
-        self.downs = nn.ModuleList(
-            convolution(widths[i - 1], widths[i], 2, 2, norm) for i in levels if i
+        widths = config.widths
+        pairs = list(itertools.pairwise(widths))
+        inputs = CONDITION_CHANNELS + 1 + 3 + len(NEARNESS)
+        self.stem = convolution(inputs, widths[0], 2, 2)
+        self.downs = nn.ModuleList(convolution(fine, coarse, 2, 2) for fine, coarse in pairs)
+        self.encoder = nn.ModuleList(map(blocks, widths, config.encoder_blocks))
+        self.ups = nn.ModuleList(convolution(coarse, fine, 1) for fine, coarse in pairs)
+        self.decoder = nn.ModuleList(map(blocks, widths[:-1], config.decoder_blocks))
+        self.modulations = nn.ModuleList(
+            Modulation(config.latent_channels, width) for width in widths[-3:-1]
         )
-        self.encoder = nn.ModuleList(
-            nn.Sequential(*(ResidualBlock(widths[i], norm) for _ in range(n)))
-            for i, n in enumerate(config.encoder_blocks)
-        )
-        self.ups = nn.ModuleList(
-            convolution(widths[i + 1], widths[i], 1, 1, norm) for i in levels[:-1]
-        )
-        self.decoder = nn.ModuleList(
-            nn.Sequential(*(ResidualBlock(widths[i], norm) for _ in range(n)))
-            for i, n in enumerate(config.decoder_blocks)
-        )
-        self.modulation = Modulation(config.latent_channels, widths[-2])
-        self.head = nn.Conv3d(widths[0], 8 * OUTPUT_CHANNELS, 1)
+        self.head = silent(convolution(widths[0], 8 * OUTPUT_CHANNELS, 1))
 
-    def encode(self, condition: Tensor, scale: Tensor) -> Encoding:
-        """Return what does not depend on the latent.
-
-        condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale; scale : ``(B,)``,
-        log2 of the cell size over the full-resolution cell size.
-        """
-        size = scale[:, None, None, None, None].expand(-1, 1, *condition.shape[2:])
-        x = F.relu(self.stem(torch.cat([condition, size.to(condition.dtype)], dim=1)))
+    def encode(self, condition: Tensor, obstacle: Tensor) -> Encoding:
+        """Return what does not depend on the latent; shapes as in :meth:`SplashNetwork.draft`."""
+        flow = diffused_velocity(condition)
+        x = torch.cat([condition, obstacle, flow, nearness(condition[:, :1])], dim=1)
+        x = F.relu(self.stem(x.to(self.stem.weight.dtype)))
         features = []
-        for level, blocks in enumerate(self.encoder):
+        for level, residual in enumerate(self.encoder):
             if level:
-                x = F.relu(self.downs[level - 1](x))  # (B, 2C, X/2, Y/2, Z/2)
-            x = blocks(x)
+                x = F.relu(self.downs[level - 1](x))  # (B, 2C, x/2, y/2, z/2)
+            x = residual(x)
             features.append(x)
-        return Encoding(features, diffused_velocity(condition))
+        return Encoding(features, flow)
 
-    def decode(self, encoding: Encoding, latent: Tensor | None) -> Tensor:
-        """Return ``(B, 5, X, Y, Z)``: logit, distance / AIR, velocity / velocity scale.
+    def decode(self, encoding: Encoding, latent: Tensor | None) -> Draft:
+        """Return the draft for a latent ``(B, L, l, l, l)``; None is the latent zero.
 
         The head corrects the strokes' diffused velocity: left to find it by itself, a network
         takes long to carry so few crossed cells through the liquid.
-
-        latent : ``(B, L, l, l, l)`` on the part of its lattice that the grid covers; None is
-        the latent zero.
         """
-        features = encoding.features
-        x = features[-1]
+        x = encoding.features[-1]
+        first = len(self.decoder) - len(self.modulations)
         for level in reversed(range(len(self.decoder))):
             x = F.interpolate(self.ups[level](x), scale_factor=2, mode="nearest")
-            x = F.relu(x + features[level])
-            if latent is not None and level == len(self.decoder) - 1:
-                fine = F.interpolate(latent, size=x.shape[2:], mode="trilinear")
-                x = self.modulation(x, fine)
+            x = F.relu(x + encoding.features[level])
+            if latent is not None and level >= first:
+                x = self.modulations[level - first](x, latent)
             x = self.decoder[level](x)
-        out = unfold(self.head(x))
-        return torch.cat([out[:, :2], out[:, 2:] + encoding.flow], dim=1)
+        output = unfold(self.head(x)).float()
+        return Draft(torch.cat([output[:, :2], output[:, 2:] + encoding.flow], dim=1), x)
 
-    def forward(self, condition: Tensor, scale: Tensor, latent: Tensor | None = None) -> Tensor:
-        """Return :meth:`decode` of :meth:`encode`."""
-        return self.decode(self.encode(condition, scale), latent)
+
+class DetailNetwork(nn.Module):
+    """Condition on fine cells and the draft around them -> all outputs on the fine cells.
+
+    It looks at its neighbourhood only: it may be trained and used on any part of the box.
+    """
+
+    def __init__(self, config: NetworkConfig) -> None:
+        super().__init__()
+        fine, coarse = config.detail_widths
+        self.stem = convolution(CONDITION_CHANNELS, fine, 2, 2)
+        self.from_output = convolution(OUTPUT_CHANNELS, fine, 3)
+        self.from_features = convolution(config.widths[0], coarse, 1)
+        self.down = convolution(fine, coarse, 2, 2)
+        self.encoder = blocks(fine, config.detail_blocks[0])
+        self.middle = blocks(coarse, config.detail_blocks[1])
+        self.up = convolution(coarse, fine, 1)
+        self.decoder = blocks(fine, config.detail_blocks[0])
+        self.head = silent(convolution(fine, 8 * OUTPUT_CHANNELS, 1))
+
+    def forward(self, condition: Tensor, draft: Draft) -> Tensor:
+        """Return ``(B, 5, X, Y, Z)``.
+
+        condition : ``(B, 4, X, Y, Z)``; draft : of the same part of the box, at half (output)
+        and a quarter (features) of the resolution.
+        """
+        dtype = self.stem.weight.dtype
+        shown = torch.cat([torch.tanh(draft.output[:, :1] / 4), draft.output[:, 1:]], dim=1)
+        x = self.stem(condition.to(dtype)) + self.from_output(shown.to(dtype))
+        x = self.encoder(F.relu(x))
+        y = F.relu(self.down(x) + self.from_features(draft.features))
+        y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")
+        x = self.decoder(F.relu(x + y))
+        return unfold(self.head(x).float() + draft.output.repeat_interleave(8, dim=1))
+
+
+class SplashNetwork(nn.Module):
+    """Both networks. Velocities are over the velocity scale, distances over AIR."""
+
+    def __init__(self, config: NetworkConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.coarse = DraftNetwork(config)
+        self.detail = DetailNetwork(config)
+
+    def draft(
+        self, condition: Tensor, latent: Tensor | None = None, obstacle: Tensor | None = None
+    ) -> Draft:
+        """Return the draft of a whole box.
+
+        condition : ``(B, 4, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
+        part of its lattice that the box covers, None for the latent zero; obstacle :
+        ``(B, 1, x, y, z)`` of :func:`closeness`, None where there is none or it is not known.
+        """
+        if obstacle is None:
+            obstacle = torch.zeros_like(condition[:, :1])
+        draft: Draft = self.coarse.decode(self.coarse.encode(condition, obstacle), latent)
+        return draft
+
+    def forward(
+        self, condition: Tensor, latent: Tensor | None = None, obstacle: Tensor | None = None
+    ) -> Tensor:
+        """Return ``(B, 5, X, Y, Z)`` at full resolution, as ``condition``, multiples of 32.
+
+        obstacle : ``(B, 1, X / 2, Y / 2, Z / 2)``, see :meth:`draft`.
+        """
+        output: Tensor = self.detail(condition, self.draft(halved(condition), latent, obstacle))
+        return output
+
+
+def halved(condition: Tensor) -> Tensor:
+    """Return the condition on cells twice as large: crossed if one of eight is, mean velocity."""
+    occupied = F.avg_pool3d(condition[:, :1], 2)
+    velocity = F.avg_pool3d(condition[:, 1:], 2) / occupied.clamp_min(1e-9)
+    return torch.cat([(occupied > 0).to(condition.dtype), velocity], dim=1)
+
+
+def closeness(distance: Tensor, spacing: float) -> Tensor:
+    """Return how near an obstacle is, 0 (25 mm away) to 1 (25 mm inside).
+
+    distance : signed distance to it in cells of ``spacing`` metres.
+    """
+    return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
+
+
+def nearness(crossed: Tensor) -> Tensor:
+    """Return the density of strokes around each cell, one channel for each size in NEARNESS.
+
+    About 1 where one stroke passes. crossed : ``(B, 1, x, y, z)``.
+    """
+    means = []
+    for size in NEARNESS:
+        density = F.avg_pool3d(crossed, size) * size**2
+        means.append(F.interpolate(density, size=crossed.shape[2:], mode="trilinear"))
+    return torch.cat(means, dim=1)
 
 
 def diffused_velocity(condition: Tensor) -> Tensor:
@@ -177,18 +280,3 @@ def unfold(x: Tensor) -> Tensor:
     batch, channels, *shape = x.shape
     x = x.reshape(batch, channels // 8, 2, 2, 2, *shape).permute(0, 1, 5, 2, 6, 3, 7, 4)
     return x.reshape(batch, channels // 8, *(2 * n for n in shape))
-
-
-def fold_norm(network: SplashNetwork) -> SplashNetwork:
-    """Return an equal network without batch norm: its running statistics become weights."""
-    network.eval()
-    folded = SplashNetwork(replace(network.config, norm=False)).eval()
-    source = dict(network.named_modules())
-    for name, module in folded.named_modules():
-        if isinstance(module, nn.Conv3d):
-            norm = source.get(f"{name.rpartition('.')[0]}.1")
-            original = source[name]
-            if isinstance(norm, nn.BatchNorm3d) and name.endswith(".0"):
-                original = fuse_conv_bn_eval(original, norm)
-            module.load_state_dict(original.state_dict())
-    return folded

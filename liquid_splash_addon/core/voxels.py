@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .grid import Grid
+from .grid import LOCAL_SPACING, Grid
 from .strokes import Stroke, resampled_points
 
 
@@ -15,12 +15,13 @@ def rasterize(strokes: Sequence[Stroke], grid: Grid) -> np.ndarray:
     """Return the condition, float32 ``(4, X, Y, Z)``: occupancy, then mean velocity in m/s.
 
     A cell is crossed, and its occupancy 1, if it holds a point of the strokes resampled at
-    half a cell; its velocity is the mean of those points' velocities. Points outside the grid
-    are left out.
+    half a full-resolution cell (or half of its own, where that is less), so a draft's cell is
+    crossed just where one of the eight cells in it is. Its velocity is the mean of those
+    points' velocities. Points outside the grid are left out.
 
     strokes : in local metres and m/s.
     """
-    points, velocities = resampled_points(strokes, grid.spacing / 2)
+    points, velocities = resampled_points(strokes, min(grid.spacing, LOCAL_SPACING) / 2)
     inside = grid.contains(points)
     cells = np.ravel_multi_index(tuple(grid.cell_of(points[inside]).T), grid.shape)
     total = int(np.prod(grid.shape))

@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     from .generator import Generator
     from .network import SplashNetwork
 
-FORMAT = "liquid-splash-generator-1"
+FORMAT = "liquid-splash-generator-2"
 
-REQUIRED = ("network", "velocity_scale", "fastest", "local_cells", "local_spacing")
+REQUIRED = (
+    "network", "velocity_scale", "fastest", "thresholds", "local_cells", "local_spacing",
+)  # fmt: skip
 """Entries without which a header is not one of ours."""
 
 
@@ -56,11 +58,14 @@ def pick_device(wish: str) -> str:
     return wish.lower()
 
 
-def load_generator(path: Path | None = None, device: str = "AUTO") -> Generator:
+def load_generator(
+    path: Path | None = None, device: str = "AUTO", precision: str = "float32"
+) -> Generator:
     """Return the generator stored at ``path`` (the bundled one by default).
 
-    device : one of ``SplashSettings.device``. Raises TorchMissingError, or WeightsError for a
-    file that is missing, damaged or not ours.
+    device : one of ``SplashSettings.device``. precision : a key of ``precision.DTYPES``.
+
+    Raises TorchMissingError, or WeightsError for a file that is missing, damaged or not ours.
     """
     if not torch_is_installed():
         raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")
@@ -71,7 +76,7 @@ def load_generator(path: Path | None = None, device: str = "AUTO") -> Generator:
     path = default_weights_path() if path is None else Path(path)
     data = read_file(path)
     header = read_header(data, path)
-    return build(data, header, path, pick_device(device))
+    return build(data, header, path, pick_device(device), precision)
 
 
 def read_file(path: Path) -> bytes:
@@ -112,7 +117,9 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
     return dict(header)
 
 
-def build(data: bytes, header: dict[str, Any], path: Path, device: str) -> Generator:
+def build(
+    data: bytes, header: dict[str, Any], path: Path, device: str, precision: str
+) -> Generator:
     """Return the generator with the tensors in ``data``."""
     import torch
     from safetensors import SafetensorError
@@ -133,13 +140,14 @@ def build(data: bytes, header: dict[str, Any], path: Path, device: str) -> Gener
         raise WeightsError(
             f"{path} is damaged (its tensors do not fit its header): install the add-on again"
         ) from error
-        # The tensors' own hash: figures are written into the header after they were measured.
+    # The tensors' own hash: figures are written into the header after they were measured.
     start = 8 + int.from_bytes(data[:8], "little")
-    return Generator(network, header, hashlib.sha256(data[start:]).hexdigest(), device)
+    digest = hashlib.sha256(data[start:]).hexdigest()
+    return Generator(network, header, digest, device, precision)
 
 
 def save_weights(network: SplashNetwork, header: dict[str, Any], path: Path) -> None:
-    """Write a network without batch norm as float16, with ``header`` (plain JSON) beside it."""
+    """Write a network as float16, with ``header`` (plain JSON) beside it."""
     import torch
     from safetensors.torch import save_file
 

@@ -8,34 +8,56 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.generator import Generator, draw_latent, settle  # noqa: E402
+from liquid_splash_addon.core.generator import (  # noqa: E402
+    Generator,
+    bounding_box,
+    draw_latent,
+    settle,
+)
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from liquid_splash_addon.core.network import (  # noqa: E402
+    Draft,
     NetworkConfig,
     SplashNetwork,
-    fold_norm,
+    closeness,
+    diffused_velocity,
+    halved,
     unfold,
 )
+from liquid_splash_addon.core.voxels import rasterize  # noqa: E402
 from liquid_splash_addon.core.weights import (  # noqa: E402
     WeightsError,
     default_weights_path,
     load_generator,
     save_weights,
 )
+from tests.core.sketching import fan  # noqa: E402
 
-SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), latent_channels=2)
-HEADER = {"velocity_scale": 5.0, "fastest": 6.0, "local_cells": 128, "local_spacing": LOCAL_SPACING}
+SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+HEADER = {
+    "velocity_scale": 5.0,
+    "fastest": 6.0,
+    "thresholds": {"draft": 0.5, "detail": 0.5},
+    "local_cells": 128,
+    "local_spacing": LOCAL_SPACING,
+}
 
 
-def small_network(norm=True):
-    """Return a small network whose batch norms have seen something."""
+def small_network():
+    """Return a small network whose every layer does something."""
     torch.manual_seed(0)
-    network = SplashNetwork(NetworkConfig(**{**SMALL.__dict__, "norm": norm}))
-    if norm:
-        network.train()
-        for _ in range(3):
-            network(torch.randn(2, 4, 32, 32, 32), torch.zeros(2))
-    return network.eval()
+    network = SplashNetwork(SMALL).eval()
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(0.1 * torch.randn(parameter.shape))
+    return network
+
+
+def random_condition(cells, share=0.01):
+    """Return strokes of a sort, ``(1, 4, n, n, n)``."""
+    rng = torch.Generator().manual_seed(1)
+    crossed = (torch.rand(1, 1, cells, cells, cells, generator=rng) < share).float()
+    return torch.cat([crossed, crossed * torch.randn(1, 3, cells, cells, cells, generator=rng)], 1)
 
 
 def test_unfolding_is_the_inverse_of_taking_every_second_cell():
@@ -45,31 +67,77 @@ def test_unfolding_is_the_inverse_of_taking_every_second_cell():
     assert (unfold(packed) == fine).all()
 
 
-def test_folding_batch_norm_changes_nothing():
-    network = small_network()
-    x, scale, z = torch.randn(1, 4, 32, 32, 32), torch.zeros(1), torch.randn(1, 2, 8, 8, 8)
-    with torch.no_grad():
-        assert torch.allclose(network(x, scale, z), fold_norm(network)(x, scale, z), atol=1e-4)
-
-
 def test_latent_zero_is_the_deterministic_answer():
-    network = small_network()
-    x, scale = torch.randn(1, 4, 32, 32, 32), torch.zeros(1)
+    network, x = small_network(), random_condition(32)
     with torch.no_grad():
-        plain = network(x, scale)
-        assert torch.allclose(plain, network(x, scale, torch.zeros(1, 2, 8, 8, 8)), atol=1e-6)
-        assert not torch.allclose(plain, network(x, scale, torch.ones(1, 2, 8, 8, 8)), atol=1e-3)
+        plain = network(x)
+        assert torch.allclose(plain, network(x, torch.zeros(1, 2, 8, 8, 8)), atol=1e-5)
+        assert not torch.allclose(plain, network(x, torch.ones(1, 2, 8, 8, 8)), atol=1e-3)
+
+
+def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
+    network, x = small_network(), random_condition(16)
+    with torch.no_grad():
+        far = closeness(torch.full((1, 1, 16, 16, 16), 100.0), 0.006)
+        near = closeness(torch.full((1, 1, 16, 16, 16), -1.0), 0.006)
+        unknown = network.draft(x).output
+        assert torch.equal(unknown, network.draft(x, None, far).output)
+        assert not torch.allclose(unknown, network.draft(x, None, near).output, atol=1e-3)
+
+
+def test_halving_a_condition_keeps_strokes_and_their_velocity():
+    x = torch.zeros(1, 4, 4, 4, 4)
+    x[0, :, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0])
+    x[0, :, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0])
+    half = halved(x)
+    assert half[0, :, 0, 0, 0].tolist() == pytest.approx([1, 3, 0, -3])
+    assert half.abs().sum() == pytest.approx(7)
+
+
+def test_a_draft_sees_the_same_strokes_as_the_full_result():
+    strokes = fan()
+    fine, coarse = (rasterize(strokes, Grid.local(n)) for n in (128, 64))
+    half = halved(torch.from_numpy(fine)[None])[0].numpy()
+    assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
+    speed = np.abs(coarse[1:]).max()
+    assert np.abs(half[1:] - coarse[1:]).mean(where=coarse[:1] > 0) < 0.05 * speed
+
+
+def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
+    x = random_condition(32)
+    x[:, 1:] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
+    flow = diffused_velocity(x)
+    assert torch.allclose(flow, torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1), atol=1e-3)
+
+
+def test_details_of_a_part_are_those_of_the_whole():
+    network, x = small_network(), random_condition(128, 0.001)
+    with torch.no_grad():
+        draft = network.draft(halved(x))
+        whole = network.detail(x, draft)
+        part = Draft(draft.output[..., 8:56, 8:56, 8:56], draft.features[..., 4:28, 4:28, 4:28])
+        crop = network.detail(x[..., 16:112, 16:112, 16:112], part)
+    inside = slice(24, -24)  # the borders of the part look into nothing
+    expected = whole[..., 16:112, 16:112, 16:112][..., inside, inside, inside]
+    assert torch.allclose(crop[..., inside, inside, inside], expected, atol=1e-4)
+
+
+def test_bounding_box_has_a_margin_and_even_bounds():
+    wanted = torch.zeros(32, 32, 32, dtype=torch.bool)
+    assert bounding_box(wanted) == ()
+    wanted[9:12, 0, 30] = True
+    assert bounding_box(wanted) == (slice(2, 18), slice(0, 8), slice(24, 32))
 
 
 def test_network_can_learn_a_pair_by_heart():
     torch.manual_seed(0)
     network = SplashNetwork(SMALL).train()
-    x = (torch.rand(1, 4, 32, 32, 32) > 0.98).float()
+    x = random_condition(32, 0.02)
     truth = torch.zeros(1, 32, 32, 32)
     truth[:, 4:19, 3:22, 6:12] = 1
-    optimiser = torch.optim.Adam(network.parameters(), 2e-2)
+    optimiser = torch.optim.Adam(network.parameters(), 1e-2)
     for _ in range(90):
-        logit = network(x, torch.zeros(1))[:, 0]
+        logit = network(x)[:, 0]
         loss = torch.nn.functional.binary_cross_entropy_with_logits(
             logit, truth, pos_weight=torch.tensor(4.0)
         )
@@ -81,7 +149,7 @@ def test_network_can_learn_a_pair_by_heart():
 
 
 def test_saved_weights_load_as_they_were(tmp_path):
-    network = fold_norm(small_network())
+    network = small_network()
     save_weights(network, HEADER, tmp_path / "w.safetensors")
     loaded = load_generator(tmp_path / "w.safetensors", "CPU")
     for name, tensor in network.state_dict().items():
@@ -92,7 +160,7 @@ def test_saved_weights_load_as_they_were(tmp_path):
 
 def test_bad_weights_files_say_what_to_do(tmp_path):
     good = tmp_path / "good.safetensors"
-    save_weights(fold_norm(small_network()), HEADER, good)
+    save_weights(small_network(), HEADER, good)
     data = good.read_bytes()
     size = int.from_bytes(data[:8], "little")
     head = json.loads(data[8 : 8 + size])
@@ -128,13 +196,45 @@ def test_latents_are_reproducible_and_scaled():
 
 
 def test_generator_refuses_what_it_cannot_use():
-    generator = Generator(fold_norm(small_network()), HEADER, "", "cpu")
-    grid = Grid((24, 16, 16), 0.01, (0, 0, 0))
-    with pytest.raises(ValueError, match="multiple of 16"):
-        generator.generate(np.zeros((4, 24, 16, 16), np.float32), grid)
-    with pytest.raises(ValueError, match="no obstacle"):
-        condition = np.zeros((4, 16, 16, 16), np.float32)
-        generator.generate(condition, grid, obstacle=np.zeros((16, 16, 16)))
+    generator = Generator(small_network(), HEADER, "", "cpu")
+    for spacing, multiple in ((2 * LOCAL_SPACING, 16), (LOCAL_SPACING, 32)):
+        grid = Grid((multiple * 3 // 2, 32, 32), spacing, (0, 0, 0))
+        with pytest.raises(ValueError, match=f"multiple of {multiple}"):
+            generator.generate(np.zeros((4, *grid.shape), np.float32), grid)
+    grid = Grid.local(32)
+    with pytest.raises(ValueError, match="obstacle's grid"):
+        generator.generate(
+            np.zeros((4, 32, 32, 32), np.float32), grid, obstacle=np.zeros((16, 16, 16))
+        )
+
+
+def test_full_result_is_the_whole_network_where_there_may_be_liquid():
+    network = small_network()
+    condition = random_condition(128, 0.001)[0].numpy()
+    fields = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local())
+    scaled = torch.from_numpy(condition)[None].clone()
+    scaled[:, 1:] /= 5.0
+    with torch.no_grad():
+        expected = torch.sigmoid(network(scaled)[0, 0]).numpy()
+    assert np.abs(fields.occupancy - expected).max() < 1e-3
+
+
+def test_half_precision_gives_nearly_the_same():
+    condition = random_condition(64)[0].numpy()
+    exact, half = (
+        Generator(small_network(), HEADER, "", "cpu", p).generate(condition, Grid.local(64))
+        for p in ("float32", "bfloat16")
+    )
+    assert np.abs(exact.occupancy - half.occupancy).mean() < 0.01
+    assert ((exact.occupancy > 0.5) == (half.occupancy > 0.5)).mean() > 0.97
+
+
+def test_threshold_is_taken_from_the_header():
+    network, condition = small_network(), random_condition(32)[0].numpy()
+    plain = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local(32))
+    header = {**HEADER, "thresholds": {"draft": 0.3, "detail": 0.5}}
+    shifted = Generator(network, header, "", "cpu").generate(condition, Grid.local(32))
+    assert np.array_equal(shifted.occupancy > 0.5, plain.occupancy > 0.3)
 
 
 def test_distance_agrees_with_occupancy():

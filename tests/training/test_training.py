@@ -2,6 +2,10 @@
 """Training, evaluation and export at toy size."""
 
 import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,25 +18,34 @@ from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
 from training.baselines import best_radius, stroke_distance  # noqa: E402
-from training.dataset import load_items, training_samples  # noqa: E402
-from training.losses import Batch, sample_losses  # noqa: E402
+from training.dataset import load_items  # noqa: E402
+from training.losses import Cells, sample_losses  # noqa: E402
 from training.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
-from training.train import Run, TrainConfig, collate, random_latents, train  # noqa: E402
+from training.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
+from training.stream import Lessons, Wish, stream  # noqa: E402
+from training.train import Run, TrainConfig, train  # noqa: E402
 
-SHAPE = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), latent_channels=2)
-CONFIG = TrainConfig(minutes=10, batch=2, cells=32, warmup=1, imle_from=0.0, candidates=2)
+SHAPE = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+CONFIG = TrainConfig(minutes=10, batch=2, cells=32, crop=32, warmup=1)
+IMLE = SplashConfig(imle_from=0.0, candidates=2)
 
 
 @pytest.fixture
 def batches(toy_data: Path):
     """Return three batches of real samples."""
-    samples = training_samples(load_items(toy_data, "train"), 0, 32)
-    return [collate([next(samples) for _ in range(2)]) for _ in range(3)]
+    endless = stream(Lessons(load_items(toy_data, "train"), Wish(32, 32), 0), 2, workers=0)
+    return [next(endless) for _ in range(3)]
+
+
+def toy_learner(**changes) -> SplashLearner:
+    """Return a small network's learner that has learned nothing yet."""
+    return SplashLearner(replace(IMLE, **changes), SHAPE)
 
 
 def toy_run(out: Path, **changes) -> Run:
     """Return a fresh run of a small network."""
-    return Run(TrainConfig(**{**CONFIG.__dict__, **changes}), SHAPE, out)
+    out.mkdir(exist_ok=True)
+    return Run(replace(CONFIG, **changes), toy_learner(), out, {"kind": "splash"})
 
 
 def test_perfect_output_has_the_least_loss():
@@ -40,51 +53,115 @@ def test_perfect_output_has_the_least_loss():
     distance[:, 4:8] = -2.0
     velocity = torch.zeros(1, 3, 16, 16, 16)
     velocity[:, 0, 3:9] = 0.4
-    batch = Batch(torch.zeros(1, 4, 16, 16, 16), torch.zeros(1), distance, velocity)
+    cells = Cells(torch.zeros(1, 4, 16, 16, 16), distance, velocity)
     logit = torch.where(distance < 0, 20.0, -20.0)
     perfect = torch.cat([logit[:, None], distance[:, None] / 3, velocity], 1)
-    assert sample_losses(perfect, batch)[0] < 1e-3
+    assert sample_losses(perfect, cells)[0] < 1e-3
     for channel in range(5):
         worse = perfect.clone()
         worse[:, channel] += 1.0 if channel else -22.0
-        assert sample_losses(worse, batch)[0] > 0.01
+        assert sample_losses(worse, cells)[0] > 0.01
 
 
-def test_training_lowers_the_loss(tmp_path: Path, batches):
-    run = toy_run(tmp_path, deterministic=1.0)
-    losses = [run.step(batches[0]) for _ in range(25)]
-    assert losses[-1] < 0.9 * losses[0]
+def test_training_lowers_the_loss_of_both_networks(batches):
+    learner = toy_learner(deterministic=1.0)
+    losses = [learner.step(batches[0], 0.0, 1.0) for _ in range(25)]
+    assert losses[-1]["draft"] < 0.9 * losses[0]["draft"]
+    assert losses[-1]["detail"] < 0.9 * losses[0]["detail"]
 
 
-def test_a_stopped_run_goes_on_exactly(tmp_path: Path, batches):
-    straight = toy_run(tmp_path / "straight")
-    expected = [straight.step(batch) for batch in batches]
-    (tmp_path / "halting").mkdir()
-    halting = toy_run(tmp_path / "halting")
-    first = halting.step(batches[0])
+def test_a_stopped_run_goes_on_exactly(toy_data: Path, tmp_path: Path):
+    """Also in what it is shown: a killed run repeats nothing and leaves nothing out."""
+    items = load_items(toy_data, "train")
+    straight = toy_run(tmp_path / "straight", steps=4)
+    train(straight, items, items[:1], workers=0)
+    halting = toy_run(tmp_path / "halting", steps=4)
+    endless = stream(Lessons(items, Wish(32, 32), 0), 2, workers=0)
+    for _ in range(2):
+        halting.learner.step(next(endless), halting.progress, halting.rate)
+        halting.steps += 1
     halting.save()
-    again = toy_run(tmp_path / "halting")
+    again = toy_run(tmp_path / "halting", steps=4)
     again.load()
-    assert [first, *(again.step(batch) for batch in batches[1:])] == pytest.approx(
-        expected, rel=1e-5
-    )
-    assert again.steps == 3
+    assert again.steps == 2
+    train(again, items, items[:1], workers=1)
+    state, expected = again.learner.state(), straight.learner.state()
+    for name, tensor in expected["network"].items():
+        assert torch.allclose(state["network"][name], tensor, atol=1e-6), name
+    for name, tensor in expected["average"].items():
+        assert torch.allclose(state["average"][name], tensor, atol=1e-6), name
 
 
-def test_best_of_several_latents_is_trained(tmp_path: Path, batches):
-    from training.train import best_latents
+def test_a_run_of_another_model_is_not_gone_on_with(tmp_path: Path):
+    toy_run(tmp_path / "run").save()
+    other = Run(CONFIG, toy_learner(), tmp_path / "run", {"kind": "paper"})
+    with pytest.raises(ValueError, match="another --out"):
+        other.load()
 
-    run = toy_run(tmp_path)
-    run.network.eval()  # in training, batch norm mixes the samples of a batch
-    encoding = run.network.encode(batches[0].condition, batches[0].scale)
-    tries = [random_latents(SHAPE, batches[0], run.random) * 30 for _ in range(4)]
-    best = best_latents(run.network, encoding, batches[0], tries)
-    with torch.no_grad():
-        losses = torch.stack(
-            [sample_losses(run.network.decode(encoding, z), batches[0]) for z in tries]
-        )
-        chosen = sample_losses(run.network.decode(encoding, best), batches[0])
-    assert torch.allclose(chosen, losses.min(0).values, atol=1e-4)
+
+def test_best_of_several_latents_is_trained(batches):
+    learner, batch = toy_learner(candidates=4, deterministic=0.0), batches[0]
+    for modulation in learner.network.coarse.modulations:
+        modulation.shift.weight.data.mul_(30)
+    encoding = learner.network.coarse.encode(batch.condition, batch.obstacle)
+    before = learner.random.get_state()
+    best = learner.choose_latent(encoding, batch, 1.0)
+    learner.random.set_state(before)
+    torch.rand((), generator=learner.random)
+    tries = [torch.randn(best.shape, generator=learner.random) for _ in range(4)]
+
+    def losses(z):
+        with torch.no_grad():
+            return sample_losses(learner.network.coarse.decode(encoding, z).output, batch.box)
+
+    assert torch.allclose(losses(best), torch.stack([losses(z) for z in tries]).min(0).values)
+    assert learner.choose_latent(encoding, batch, -1.0) is None
+
+
+def test_parts_are_cut_where_they_begin():
+    x = torch.arange(2 * 1 * 6 * 6 * 6.0).reshape(2, 1, 6, 6, 6)
+    parts = cut(x, torch.tensor([[0, 1, 2], [3, 2, 1]]), 3)
+    assert torch.equal(parts[0], x[0, :, 0:3, 1:4, 2:5])
+    assert torch.equal(parts[1], x[1, :, 3:6, 2:5, 1:4])
+
+
+def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
+    """With the same global batch, ``torchrun`` with two processes has the same losses."""
+    root = Path(__file__).resolve().parents[2]
+    script = tmp_path / "toy.py"
+    script.write_text(TWO_PROCESSES)
+    curves = []
+    for processes in (1, 2):
+        out = tmp_path / f"by_{processes}"
+        torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
+        command = [*torchrun, f"--nproc-per-node={processes}", script, toy_data, out]
+        environment = {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        curves.append(torch.load(out / "checkpoint.pt", weights_only=True)["learner"]["network"])
+    for name, tensor in curves[0].items():
+        assert torch.allclose(curves[1][name], tensor, atol=2e-5), name
+
+
+TWO_PROCESSES = """
+import sys
+from pathlib import Path
+from training import parallel
+from training.dataset import load_items
+from training.splash_learner import SplashConfig, SplashLearner
+from training.train import Run, TrainConfig, train
+from liquid_splash_addon.core.network import NetworkConfig
+
+rank, world = parallel.start()
+shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
+items = load_items(Path(sys.argv[1]), "train")
+out = Path(sys.argv[2])
+out.mkdir(exist_ok=True)
+run = Run(config, SplashLearner(SplashConfig(imle_from=2.0), shape), out, {"kind": "splash"})
+train(run, items, items[:1], 0, rank, world)
+parallel.stop()
+"""
 
 
 def test_metrics_of_known_shapes():
@@ -124,9 +201,10 @@ def test_the_radius_of_a_thick_line_is_found():
 def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
     """Train for a moment, export, evaluate: each command does its part with real data."""
     out = tmp_path / "run"
-    out.mkdir()
     run = toy_run(out, minutes=0.05)
-    train(run, load_items(toy_data, "train"), workers=0)
+    train(run, load_items(toy_data, "train"), load_items(toy_data, "validation"), workers=0)
+    look = json.loads((out / "curve.jsonl").read_text().splitlines()[-1])
+    assert look["samples"] == 2 * run.steps and 0 <= look["iou"] <= 1
     assert run.steps > 0 and run.progress == 1
     weights = tmp_path / "w.safetensors"
     assert run_command(export.main, out, "--data", toy_data, "--out", weights, "--most", 1) == 0

@@ -14,6 +14,9 @@ STEP = 0.5
 LEAVE = 0.5
 """A line ends when it is this many cells outside the liquid."""
 
+PROBE = 0.7
+"""Half the width of the central difference for the surface's normal, cells."""
+
 SHORTEST = 4.0
 """Lines shorter than this many cells are dropped."""
 
@@ -39,12 +42,20 @@ def seed_points(distance: np.ndarray, count: int, rng: np.random.Generator) -> n
 
 
 def trace(
-    distance: np.ndarray, velocity: np.ndarray, seeds: np.ndarray, lengths: np.ndarray
+    distance: np.ndarray,
+    velocity: np.ndarray,
+    seeds: np.ndarray,
+    lengths: np.ndarray,
+    skin: float = 0.0,
 ) -> list[np.ndarray]:
     """Return the streamlines from ``seeds`` by RK4 in arc length (eq. 1).
 
     A line ends at its length, on leaving the liquid or the arrays, where the flow rests, or on
     coming back to itself; lines under SHORTEST are dropped.
+
+    skin : depth under the surface, cells, from which a line is turned to go along the surface:
+    it then follows the flow less a growing share of its part outwards, and so does the velocity
+    in its points. A sheet moves across itself, and plain streamlines soon leave it.
 
     distance : float32 ``(X, Y, Z)`` cells; velocity : float32 ``(X', Y', Z', 3)`` on cells
     ``X / X'`` times as large; seeds ``(n, 3)`` cells; lengths ``(n,)`` cells.
@@ -54,7 +65,7 @@ def trace(
     lines = []
     room = np.empty((int(lengths.max() / STEP) + 2 if len(lengths) else 0, 6))
     for seed, length in zip(seeds, lengths, strict=True):
-        points = _trace(distance, velocity, 1.0 / coarse, seed, length, room)
+        points = _trace(distance, velocity, 1.0 / coarse, skin, seed, length, room)
         if (points - 1) * STEP >= SHORTEST:
             lines.append(room[:points].astype(np.float32))
     return lines
@@ -106,7 +117,7 @@ def velocity_at(velocity, x, y, z, out):
 
 
 @njit(cache=True)
-def _trace(distance, velocity, shrink, seed, length, room):
+def _trace(distance, velocity, shrink, skin, seed, length, room):
     """Write the line into ``room``; return how many points it has."""
     u = np.empty(3)
     slopes = np.empty((4, 3))
@@ -114,8 +125,7 @@ def _trace(distance, velocity, shrink, seed, length, room):
     for point in range(int(length / STEP) + 1):
         if trilinear(distance, position[0], position[1], position[2]) > LEAVE:
             return point
-        at = position * shrink
-        speed = velocity_at(velocity, at[0], at[1], at[2], u)
+        speed = _flow_along(distance, velocity, shrink, skin, position, u)
         if speed < 1e-3:
             return point
         if _comes_back(room, point, position):
@@ -125,13 +135,37 @@ def _trace(distance, velocity, shrink, seed, length, room):
         slopes[0] = u / speed
         for stage in range(1, 4):
             reach = STEP if stage == 3 else STEP / 2
-            at = (position + reach * slopes[stage - 1]) * shrink
-            speed = velocity_at(velocity, at[0], at[1], at[2], u)
+            at = position + reach * slopes[stage - 1]
+            speed = _flow_along(distance, velocity, shrink, skin, at, u)
             if speed < 1e-3:
                 return point + 1
             slopes[stage] = u / speed
         position = position + STEP / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3])
     return point + 1
+
+
+@njit(cache=True)
+def _flow_along(distance, velocity, shrink, skin, at, u):
+    """Write the flow at a point (cells), turned along the surface, into ``u``; return its speed."""
+    speed = velocity_at(velocity, at[0] * shrink, at[1] * shrink, at[2] * shrink, u)
+    if skin == 0:
+        return speed
+    share = min(max(trilinear(distance, at[0], at[1], at[2]) / skin + 1, 0.0), 1.0)
+    if share == 0:
+        return speed
+    normal = np.empty(3)
+    probe = at.copy()
+    for axis in range(3):
+        probe[axis] = at[axis] + PROBE
+        ahead = trilinear(distance, probe[0], probe[1], probe[2])
+        probe[axis] = at[axis] - PROBE
+        normal[axis] = ahead - trilinear(distance, probe[0], probe[1], probe[2])
+        probe[axis] = at[axis]
+    square = (normal * normal).sum()
+    outward = (u * normal).sum()
+    if square > 1e-12 and outward > 0:
+        u -= share * outward / square * normal
+    return np.sqrt((u * u).sum())
 
 
 @njit(cache=True)
