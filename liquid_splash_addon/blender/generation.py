@@ -21,7 +21,7 @@ from ..core.drawing import Drawing, check_drawings, drawing_scale, strokes_from_
 from ..core.settings import SplashSettings
 from . import dependencies, generators, mesh_object
 from .grease_pencil import read_drawings
-from .preferences import weights_path
+from .preferences import keep_precision, known_precision, weights_path
 from .properties import assign_settings, plain
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ class Request:
     frame_real_size: float
     weights: Path | None
     made_with: str  # hash of the weights of the last run, "" if there was none
+    precision: str  # number format to compute in; "": the fastest, to be measured
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,7 @@ def snapshot(
         frame_real_size=plain(memory.frame_real_size) if memory else 0.0,
         weights=weights_path(context),
         made_with=memory.weights_hash if memory else "",
+        precision=(memory.precision if memory else "") or known_precision(context, settings.device),
     )
 
 
@@ -144,7 +146,7 @@ def compute(request: Request, report: Report) -> Result:
         request.drawings, settings, frame.scale if frame is not None else None
     )
     report("Loading the generator", 0.02)
-    generator = generators.get(request.weights, settings.device)
+    generator = generators.get(request.weights, settings.device, request.precision)
     splash = make_splash(strokes, settings, generator, frame, part_of(report, 0.1, 0.9))
     report("Packing the fields", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
@@ -198,6 +200,8 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     splash.data[mesh_object.FIELDS] = result.fields
     context.view_layer.update()
     remember(splash, sketch, request, result)
+    if not request.precision:
+        keep_precision(context, request.settings.device, result.precision)
     return splash
 
 

@@ -10,24 +10,27 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ..core.weights import Generator
 
-_loaded: dict[tuple[Path, int, str], Generator] = {}
+_loaded: dict[tuple[Path, int, str, str], Generator] = {}
 
 
-def get(path: Path | None, device: str) -> Generator:
+def get(path: Path | None, device: str, precision: str = "") -> Generator:
     """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
 
+    precision : a key of ``core.precision.DTYPES``; empty: measure which is fastest here.
     Only the last one used is kept: two would share a small GPU badly. Not for two threads at
     once. Raises WeightsError, TorchMissingError.
     """
-    from ..core.weights import default_weights_path, load_generator
+    from ..core.precision import fastest_precision
+    from ..core.weights import default_weights_path, load_generator, pick_device
 
     path = path or default_weights_path()
     # A file that was replaced since is a new one.
     changed = path.stat().st_mtime_ns if path.is_file() else 0
-    key = (path, changed, device)
+    key = (path, changed, device, precision)
     if key not in _loaded:
         free()
-        _loaded[key] = load_generator(path, device)
+        precision = precision or fastest_precision(pick_device(device))
+        _loaded[key] = load_generator(path, device, precision)
     return _loaded[key]
 
 

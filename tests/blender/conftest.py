@@ -22,4 +22,4 @@ def tubes(monkeypatch: pytest.MonkeyPatch) -> None:
     from liquid_splash_addon.blender import generators
     from tests.blender.sketching import TubeGenerator
 
-    monkeypatch.setattr(generators, "get", lambda path, device: TubeGenerator())
+    monkeypatch.setattr(generators, "get", lambda *_: TubeGenerator())

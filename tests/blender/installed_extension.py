@@ -6,6 +6,7 @@ real Blender does from its command line.
 """
 
 import importlib.util
+import json
 import sys
 
 import bpy  # isort: split
@@ -61,6 +62,10 @@ def check_splash() -> None:
     assert len(meshes[0].vertices) > 100, f"only {len(meshes[0].vertices)} vertices"
     velocity = meshes[0].attributes["velocity"]
     assert (velocity.data_type, velocity.domain) == ("FLOAT_VECTOR", "POINT")
+    # The fastest number format was measured, and is kept for the next splash.
+    splash = next(item for item in bpy.context.scene.objects if item.type == "MESH").splash
+    noted = json.loads(bpy.context.preferences.addons[NAME].preferences.measured)
+    assert noted == {"AUTO": splash.precision}, f"noted {noted}, used {splash.precision}"
 
 
 def main() -> None:

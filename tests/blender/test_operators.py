@@ -84,6 +84,19 @@ def test_what_is_needed_to_make_it_again_is_kept_on_the_splash():
     assert Fields.from_bytes(splash.data[FIELDS]).grid.shape == (64, 64, 64)
 
 
+def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
+    from liquid_splash_addon.blender import generators
+
+    asked = []
+    monkeypatch.setattr(generators, "get", lambda *given: asked.append(given) or TubeGenerator())
+    add_sketch(fan())
+    splash = generate()
+    splash.splash.precision = "bfloat16"
+    activate(splash)
+    bpy.ops.splash.regenerate()
+    assert [given[2] for given in asked] == ["", "bfloat16"]
+
+
 def test_everything_survives_a_file(tmp_path):
     add_sketch(fan())
     splash = generate(seed=3)

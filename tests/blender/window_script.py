@@ -155,6 +155,6 @@ def run(script: Iterator[Condition]) -> Callable[[], float | None]:
 
 if __name__ == "__main__":
     liquid_splash_addon.register()
-    generators.get = lambda path, device: GENERATOR
+    generators.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False
     bpy.app.timers.register(run(steps()), first_interval=1.0, persistent=True)
