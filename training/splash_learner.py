@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -53,6 +53,11 @@ class SplashLearner(Learner):
         )
         self.random = torch.Generator().manual_seed(seed)
         self.steps = 0
+
+    def start_from(self, weights: Mapping[str, Tensor]) -> None:
+        """Begin with these weights of an earlier run; the optimiser begins anew."""
+        self.network.load_state_dict(weights)
+        self.average.load_state_dict(weights)
 
     def step(self, batch: Batch, progress: float, rate: float) -> dict[str, float]:
         """Train on one batch; see :class:`Learner`. Losses: 'loss', 'draft', 'detail'."""

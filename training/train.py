@@ -22,6 +22,7 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.network import NetworkConfig
 from liquid_splash_addon.core.precision import DTYPES, fastest_precision
+from liquid_splash_addon.core.weights import load_generator
 
 from . import parallel
 from .dataset import Item, load_items
@@ -165,6 +166,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--precision", choices=["auto", *DTYPES], default="auto")
+    parser.add_argument("--start-from", type=Path, help="weights file to begin with, not chance")
     add_options(parser, TrainConfig)
     add_options(parser, SplashConfig)
     return parser.parse_args()
@@ -174,10 +176,15 @@ def make_run(args: argparse.Namespace) -> Run:
     """Return the run that the arguments describe, gone on with if it was begun before."""
     precision = fastest_precision(args.device) if args.precision == "auto" else args.precision
     config = read_options(args, TrainConfig)
-    shape = NetworkConfig()
     learner = SplashLearner(
-        read_options(args, SplashConfig), shape, args.device, DTYPES[precision], config.seed
+        read_options(args, SplashConfig),
+        NetworkConfig(),
+        args.device,
+        DTYPES[precision],
+        config.seed,
     )
+    if args.start_from:
+        learner.start_from(load_generator(args.start_from, "CPU").network.state_dict())
     args.out.mkdir(parents=True, exist_ok=True)
     run = Run(config, learner, args.out, {"kind": "splash"})
     run.load()
