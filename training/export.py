@@ -24,8 +24,9 @@ from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
 from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
+from .losses import VELOCITY_SCALE
 from .metrics import iou
-from .train import VELOCITY_SCALE, collate
+from .train import collate
 
 THRESHOLDS = np.linspace(0.2, 0.8, 31)
 

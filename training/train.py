@@ -29,10 +29,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 from liquid_splash_addon.core.network import Encoding, NetworkConfig, SplashNetwork
 
 from .dataset import Item, Sample, load_items, training_samples
-from .losses import Batch, sample_losses
-
-VELOCITY_SCALE = 5.0
-"""m/s; the paper divides velocities by the fastest streamlet's speed."""
+from .losses import VELOCITY_SCALE, Batch, sample_losses
 
 SETTLING = 32
 """Batches from which the statistics of the averaged weights are taken at the end."""
