@@ -111,7 +111,7 @@ class PaperLearner(Learner):
         l1 = (output - truth).abs().mean()
         loss, losses = self.config.l1_weight * l1, {"l1": float(l1.detach())}
         if self.discriminator is not None:
-            self.discriminator.requires_grad_(False)
+            self.discriminator.requires_grad_(False)  # spares its gradients, unused here
             adversarial = self.verdict(condition, output, 1.0)  # eq. 2's log(1 - D) saturates
             loss, losses["adversarial"] = loss + adversarial, float(adversarial.detach())
         self.descend(loss, self.generator, self.optimiser, rate)
