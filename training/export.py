@@ -25,8 +25,8 @@ from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
 from .dataset import Item, held_out_sample, load_items
 from .evaluate import choose
+from .losses import VELOCITY_SCALE
 from .metrics import iou
-from .stream import VELOCITY_SCALE
 
 THRESHOLDS = np.linspace(0.2, 0.7, 26)
 

@@ -11,6 +11,9 @@ from torch.nn import functional as F
 
 from liquid_splash_addon.core.fields import AIR
 
+VELOCITY_SCALE = 5.0
+"""m/s; the paper divides velocities by the fastest streamlet's speed."""
+
 BACKGROUND = 0.05
 """Weight of cells far from liquid and strokes: there are many, and they are easy."""
 

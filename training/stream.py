@@ -20,12 +20,9 @@ from liquid_splash_addon.core.strokes import Stroke
 
 from .dataset import Item, Sample, augmented_frame, sample_on
 from .frames import Frame
-from .losses import Batch, Cells
+from .losses import VELOCITY_SCALE, Batch, Cells
 from .obstacles import Obstacle
 from .sketching import STROKES_IN_TRAINING, draw_strokes, trace_frame
-
-VELOCITY_SCALE = 5.0
-"""m/s; the paper divides velocities by the fastest streamlet's speed."""
 
 SEEDS = 96
 """Streamlines traced for one use: enough to draw 20 strokes from, and quick."""

@@ -13,7 +13,7 @@ import argparse
 import os
 import sys
 import time
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,8 @@ from . import parallel
 from .dataset import Item, load_items
 from .learning import Learner
 from .monitor import Monitor
+from .paper import PaperConfig
+from .paper_learner import PaperLearner
 from .splash_learner import SplashConfig, SplashLearner
 from .stream import Lessons, Wish, stream
 
@@ -162,6 +164,11 @@ def read_arguments() -> argparse.Namespace:
     )
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--out", type=Path, required=True, help="directory of the run")
+    parser.add_argument(
+        "--model", choices=["ours", "cgan", "unet"], default="ours",
+        help="the paper's are trained as in the paper: batches of 2, constant rate, whole boxes",
+    )  # fmt: skip
+    parser.add_argument("--l1-weight", type=float, default=100.0, help="lambda of the paper's")
     parser.add_argument("--workers", type=int, default=1, help="processes that prepare samples")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
@@ -174,21 +181,37 @@ def read_arguments() -> argparse.Namespace:
 
 def make_run(args: argparse.Namespace) -> Run:
     """Return the run that the arguments describe, gone on with if it was begun before."""
-    precision = fastest_precision(args.device) if args.precision == "auto" else args.precision
-    config = read_options(args, TrainConfig)
-    learner = SplashLearner(
-        read_options(args, SplashConfig),
-        NetworkConfig(),
-        args.device,
-        DTYPES[precision],
-        config.seed,
-    )
-    if args.start_from:
-        learner.start_from(load_generator(args.start_from, "CPU").network.state_dict())
+    config: TrainConfig = read_options(args, TrainConfig)
+    name = fastest_precision(args.device) if args.precision == "auto" else args.precision
+    if args.model == "ours":
+        learner, about = our_learner(args, config, DTYPES[name])
+    else:
+        config = replace(config, batch=2, crop=0, obstacle=0.0, decay=0.0, warmup=0)
+        learner, about = paper_learner(args, config, DTYPES[name])
     args.out.mkdir(parents=True, exist_ok=True)
-    run = Run(config, learner, args.out, {"kind": "splash"})
+    run = Run(config, learner, args.out, about)
     run.load()
     return run
+
+
+def our_learner(
+    args: argparse.Namespace, config: TrainConfig, precision: torch.dtype
+) -> tuple[Learner, dict[str, Any]]:
+    """Return our model, and what checkpoints say of it."""
+    options = read_options(args, SplashConfig)
+    learner = SplashLearner(options, NetworkConfig(), args.device, precision, config.seed)
+    if args.start_from:
+        learner.start_from(load_generator(args.start_from, "CPU").network.state_dict())
+    return learner, {"kind": "splash"}
+
+
+def paper_learner(
+    args: argparse.Namespace, config: TrainConfig, precision: torch.dtype
+) -> tuple[Learner, dict[str, Any]]:
+    """Return the paper's model, and what checkpoints say of it."""
+    shape = PaperConfig(config.cells, l1_weight=args.l1_weight, adversarial=args.model == "cgan")
+    learner = PaperLearner(shape, config.seed, args.device, precision)
+    return learner, {"kind": "paper", "config": asdict(shape)}
 
 
 def main() -> int:
