@@ -8,9 +8,9 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks import simulation, synthesis
+from tests.benchmarks import networks, simulation, synthesis
 
-AREAS = (synthesis.measure, simulation.measure)
+AREAS = (synthesis.measure, networks.measure, simulation.measure)
 
 
 def main() -> None:

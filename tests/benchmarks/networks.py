@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Our network beside the paper's: one whole box at 128^3, each at its fastest precision."""
+
+import time
+from collections.abc import Callable
+
+import torch
+
+from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
+from liquid_splash_addon.core.precision import DTYPES
+from training.paper import PaperConfig, PaperGenerator
+
+CELLS = 128
+REPEATS = 3
+
+
+def least_seconds(run: Callable[[], object]) -> float:
+    """Return the least time of some runs, after one that builds the kernels."""
+    run()
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+@torch.inference_mode()
+def fastest(make: Callable[[], torch.nn.Module]) -> float:
+    """Return the time of a network on one condition, in its fastest format and layout."""
+    condition = (torch.rand(1, 4, CELLS, CELLS, CELLS) > 0.999).float()
+    times = []
+    for dtype in DTYPES.values():
+        for layout in (torch.contiguous_format, torch.channels_last_3d):
+            network = make().eval().to(memory_format=layout)  # type: ignore[call-overload]
+            x = condition.contiguous(memory_format=layout)
+            with torch.autocast("cpu", dtype, enabled=dtype != torch.float32):
+                times.append(least_seconds(lambda: network(x)))  # noqa: B023 (called at once)
+    return min(times)
+
+
+def measure() -> dict[str, float]:
+    """Return this area's numbers."""
+    ours = fastest(lambda: SplashNetwork(NetworkConfig()))
+    paper = fastest(lambda: PaperGenerator(PaperConfig(CELLS)))
+    return {
+        "synthesis.network_seconds_128": ours,
+        "synthesis.paper_network_seconds_128": paper,
+        "synthesis.speedup_over_paper_net": paper / ours,
+    }
