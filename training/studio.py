@@ -16,7 +16,7 @@ from liquid_splash_addon.core.grid import LOCAL_SPACING
 from liquid_splash_addon.core.pipeline import Splash, make_splash
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.strokes import Stroke, StrokeError
-from liquid_splash_addon.core.voxels import rasterize
+from liquid_splash_addon.core.voxels import outside_share, rasterize
 
 from .letters import PAGE_FRAME, letter_page
 from .shapes import attached_share, coverage, far_share, pieces, seen_liquid
@@ -72,10 +72,15 @@ def liquid(splash: Splash) -> np.ndarray:
     return np.asarray(splash.fields.occupancy > 0.5)
 
 
+def local_lines(drawings: Sequence[Drawing], splash: Splash) -> list[Stroke]:
+    """Return the drawings in the splash's local metres, without speed."""
+    still = [Stroke(d.points, np.zeros_like(d.points)) for d in drawings]
+    return splash.frame.strokes_to_local(still)
+
+
 def stroke_cells(drawings: Sequence[Drawing], splash: Splash) -> np.ndarray:
     """Return the cells of the splash's grid that drawings cross, bool ``(X, Y, Z)``."""
-    still = [Stroke(d.points, np.zeros_like(d.points)) for d in drawings]
-    return np.asarray(rasterize(splash.frame.strokes_to_local(still), splash.fields.grid)[0] > 0)
+    return np.asarray(rasterize(local_lines(drawings, splash), splash.fields.grid)[0] > 0)
 
 
 def silhouette(splash: Splash) -> np.ndarray:
@@ -89,7 +94,8 @@ def keeping_to_strokes(drawings: Sequence[Drawing], splash: Splash) -> dict[str,
 
     coverage : share of stroke cells with liquid within a cell; attached : share of the liquid
     in pieces that touch strokes; largest : share of it in the largest piece; occupied : share
-    of the box; far : share of the liquid farther than FAR from all strokes.
+    of the box; far : share of the liquid farther than FAR from all strokes; outside :
+    share of the strokes outside the box, which can have no liquid (the pipeline allows a few).
     """
     wet, drawn = liquid(splash), stroke_cells(drawings, splash)
     return {
@@ -98,11 +104,12 @@ def keeping_to_strokes(drawings: Sequence[Drawing], splash: Splash) -> dict[str,
         "largest": pieces(wet)[0] / wet.sum() if wet.any() else 0.0,
         "occupied": float(wet.mean()),
         "far": far_share(wet, drawn, FAR / splash.fields.grid.spacing),
+        "outside": outside_share(local_lines(drawings, splash), splash.fields.grid),
     }
 
 
 def worst(rows: dict[str, dict[str, float]]) -> dict[str, float]:
     """Return of each figure of :func:`keeping_to_strokes` the worst."""
-    highest = ("occupied", "far")
+    highest = ("occupied", "far", "outside")
     names = ("coverage", "attached", "largest", *highest)
     return {n: (max if n in highest else min)(row[n] for row in rows.values()) for n in names}
