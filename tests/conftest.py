@@ -16,9 +16,8 @@ if os.environ.get("LIQUID_SPLASH_NO_BPY") == "1":
 
 HAS_BPY = importlib.util.find_spec("bpy") is not None
 # What is long and cannot depend on Blender runs where there is none.
-collect_ignore = (
-    ["training/test_physics.py", "training/test_running.py"] if HAS_BPY else ["blender"]
-)
+LONG = ("training/test_claims.py", "training/test_physics.py", "training/test_running.py")
+collect_ignore = [*LONG] if HAS_BPY else ["blender"]
 
 
 def pytest_report_header() -> str:

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's claims on the bundled weights, and whether they are measured well."""
+
+import json
+import struct
+import zipfile
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("torch")
+
+from liquid_splash_addon.core.alignment import Frame, fit_frame
+from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.meshing import Mesh
+from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.voxels import rasterize
+from liquid_splash_addon.core.weights import load_generator
+from training import claims, shapes
+from training.letters import (
+    LETTERS,
+    PAGE_FRAME,
+    letter_drawings,
+    letter_page,
+    read_letter,
+    template,
+)
+from training.recorded import read_recording
+from training.studio import Studio
+
+GRIDS = {"speed": 128, "letters": 128}
+"""Grids of the claims that drafts are too coarse for; the others are tried on drafts."""
+
+
+@cache
+def measured(claim: str) -> dict[str, object]:
+    """Return the figures of one claim, measured once a session."""
+    studio = Studio(load_generator(device="CPU"), GRIDS.get(claim, 64))
+    return claims.CLAIMS[claim](studio)
+
+
+def box(shape, low, high):
+    """Return a box of liquid in cells."""
+    occupied = np.zeros(shape, dtype=bool)
+    occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))] = True
+    return occupied
+
+
+def fields_of(distance, grid) -> Fields:
+    """Return fields that hold the liquid of a signed distance in cells."""
+    still = np.zeros((3, *grid.shape), dtype=np.float32)
+    occupancy = 1 / (1 + np.exp(np.clip(2 * distance, -20, 20)))
+    return Fields(occupancy, np.clip(distance, -3, 3), still, grid)
+
+
+def ball(cells=64, centre=(0.03, 0.0, -0.05), radius=0.06) -> Fields:
+    """Return a ball of liquid in the local box, metres."""
+    grid = Grid.local(cells)
+    away = np.linalg.norm(grid.centres() - np.array(centre), axis=-1)
+    return fields_of((away - radius) / grid.spacing, grid)
+
+
+@pytest.mark.parametrize("name", claims.BOUNDS)
+def test_the_bundled_weights_keep_to_the_bounds(name):
+    claim, figure = name.split(".")
+    value = measured(claim)[figure]
+    assert claims.holds(name, value), f"{name} = {value}, must be {claims.BOUNDS[name]}"
+
+
+def test_published_figures_are_those_of_the_bundled_weights():
+    root = Path(__file__).resolve().parents[2]
+    published = json.loads((root / "docs" / "results" / "claims.json").read_text())
+    assert published["about"]["weights_hash"] == load_generator(device="CPU").weights_hash
+    assert set(published) == {"about", *claims.CLAIMS}
+
+
+def test_pieces_of_known_boxes():
+    two = box((20, 20, 20), (2, 2, 2), (6, 6, 6)) | box((20, 20, 20), (10, 10, 10), (12, 12, 12))
+    assert shapes.pieces(two) == [64, 8]
+    assert shapes.pieces(two, least=9) == [64]
+    corner = two | box((20, 20, 20), (6, 6, 6), (10, 10, 10))
+    assert shapes.pieces(corner) == [136]
+    assert shapes.pieces(np.zeros((4, 4, 4), dtype=bool)) == []
+
+
+def test_tunnels_are_holes_through_and_not_bubbles():
+    sheet = box((16, 16, 8), (1, 1, 3), (15, 15, 5))
+    assert shapes.tunnels(sheet) == 0
+    sheet[3:6, 3:6] = sheet[9:12, 9:12] = False
+    assert shapes.tunnels(sheet) == 2
+    hollow = box((12, 12, 12), (1, 1, 1), (11, 11, 11))
+    hollow[5:7, 5:7, 5:7] = False
+    assert shapes.tunnels(hollow) == 0
+    assert shapes.tunnels(np.ones((5, 5, 5), dtype=bool)) == 0
+
+
+def test_surface_to_volume_of_an_octahedron():
+    vertices = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
+    upper = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2]]
+    faces = np.array(upper + [[b, a, 5] for a, b, _ in upper], dtype=np.int32)
+    octahedron = Mesh(vertices, faces, np.zeros_like(vertices))
+    assert shapes.surface_to_volume(octahedron) == pytest.approx(3 * np.sqrt(3))
+
+
+def test_liquid_away_from_its_strokes_is_noticed():
+    drawn = box((40, 12, 12), (2, 5, 5), (22, 6, 6))
+    half = box((40, 12, 12), (2, 4, 4), (12, 7, 7))
+    assert shapes.coverage(half, drawn) == pytest.approx(0.5)
+    assert shapes.coverage(half, drawn, within=2) == pytest.approx(0.6)
+    assert shapes.attached_share(half, drawn) == 1 and shapes.far_share(half, drawn, 2) == 0
+    lost = box((40, 12, 12), (36, 4, 4), (39, 7, 7))
+    assert shapes.attached_share(half | lost, drawn) == pytest.approx(90 / 117)
+    assert shapes.far_share(half | lost, drawn, 5) == pytest.approx(27 / 117)
+    nothing = np.zeros_like(drawn)
+    assert shapes.attached_share(nothing, drawn) == shapes.far_share(nothing, drawn, 5) == 0
+
+
+def test_a_moved_cube_shares_what_geometry_says():
+    assert shapes.shifted_iou(box((9, 9, 9), (0, 0, 0), (5, 5, 5))) == pytest.approx(4 / 6)
+    assert shapes.mean_pair_iou([box((4, 4, 4), (0, 0, 0), (2, 2, 2))] * 3) == 1
+
+
+def test_a_full_ball_halved_is_the_draft_ball():
+    assert shapes.iou(shapes.halved(ball(128)), ball(64).occupancy > 0.5) > 0.97
+
+
+def test_a_ball_seen_from_a_turned_frame_is_the_turned_ball():
+    frame = Frame(np.eye(3), np.array([1.0, 2.0, 3.0]), 0.1)
+    turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    grid = Grid.local(64)
+    seen = shapes.seen_liquid(ball(), frame, frame.turned(turn), grid)
+    expected = ball(centre=turn @ [0.03, 0.0, -0.05]).occupancy > 0.5
+    assert shapes.iou(seen, expected) > 0.99
+    moved = Frame(frame.axes, frame.centre + [100.0, 0, 0], frame.scale)
+    assert not shapes.seen_liquid(ball(), frame, moved, grid).any()
+
+
+@pytest.mark.parametrize("area", (150, 400, 800))
+def test_every_template_is_nearest_to_itself(area):
+    assert all(read_letter(template(letter, 64, area)) == letter for letter in LETTERS)
+
+
+@pytest.mark.parametrize("letter", LETTERS)
+def test_a_letter_of_liquid_is_read_as_itself(letter):
+    strokes = [Stroke(d.points, np.ones_like(d.points)) for d in letter_drawings(letter)]
+    frame, grid = fit_frame(strokes, 0.275), Grid.local(64)
+    drawn = rasterize(frame.strokes_to_local(strokes), grid)[0] > 0
+    liquid = fields_of(distance_transform_edt(~drawn) - 1.8, grid)
+    seen = shapes.seen_liquid(liquid, frame, PAGE_FRAME, letter_page(64)).any(axis=2)
+    assert read_letter(seen) == letter
+
+
+def test_bounds_are_read_the_right_way_round():
+    assert claims.holds("letters.read", 23) and not claims.holds("letters.read", 22)
+    assert claims.holds("disorder.far", 0.04) and not claims.holds("disorder.far", 0.05)
+    assert not claims.holds("speed.pieces_ratio", 1.0)
+
+
+def apa(strokes) -> bytes:
+    """Return an A-Painter file of strokes, each an ``(n, 3)`` array, 11 ms a point."""
+    data = b"\x08apainter" + struct.pack("<HB", 1, 1) + b"\x04flat"
+    data += struct.pack("<I", len(strokes))
+    for points in strokes:
+        data += struct.pack("<B3ffI", 0, 1, 1, 1, 0.01, len(points))
+        for n, point in enumerate(points):
+            data += struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 1.0, 11 * n)
+    return data
+
+
+def tilt(points, scale) -> bytes:
+    """Return a Tilt Brush file of one stroke with a scale, pressures and times, 45 ms a point."""
+    sketch = struct.pack("<IiII", 0xC576A5CD, 5, 0, 4) + b"more" + struct.pack("<i", 1)
+    sketch += struct.pack("<i4ffII", 0, 1, 1, 1, 1, 0.1, 0x3, 0x3)
+    sketch += struct.pack("<IfI", 0, scale, len(points))
+    for n, point in enumerate(points):
+        sketch += struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 0.5, 45 * n)
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w") as bundle:
+        bundle.writestr("data.sketch", sketch)
+    return b"tilT" + bytes(12) + packed.getvalue()
+
+
+def arches() -> list[np.ndarray]:
+    """Return strokes side by side, metres, y up."""
+    angle = np.linspace(0, np.pi, 40)
+    return [
+        np.stack([0.3 * np.cos(angle), 0.3 * np.sin(angle), np.full(40, 0.04 * n)], axis=1)
+        for n in range(4)
+    ]
+
+
+def test_recordings_are_read_z_up_in_metres_and_seconds(tmp_path: Path):
+    path = tmp_path / "drawn.apa"
+    path.write_bytes(apa([[(1, 2, 3), (4, 5, 6)], [(1, 1, 1)], [(1, 1, 1)] * 2]))
+    (drawing,) = read_recording(path)
+    assert drawing.points.tolist() == [[1, -3, 2], [4, -6, 5]]
+    assert drawing.times.tolist() == [0, 0.011]
+    path = tmp_path / "drawn.tilt"
+    path.write_bytes(tilt([(1, 2, 3), (4, 5, 6)], scale=2.0))
+    (drawing,) = read_recording(path)
+    assert np.allclose(drawing.points, [[0.1, 0.3, 0.2], [0.4, 0.6, 0.5]])
+    assert np.allclose(drawing.times, [0, 0.0225])
+
+
+@pytest.mark.parametrize("name", ("drawn.apa", "drawn.tilt", "drawn.obj"))
+def test_a_damaged_recording_is_refused_by_name(tmp_path: Path, name):
+    path = tmp_path / name
+    path.write_bytes(apa(arches())[:500] if name.endswith("apa") else b"no sketch at all")
+    with pytest.raises(ValueError, match=name):
+        read_recording(path)
+
+
+def test_recordings_are_measured_and_drawn(tmp_path: Path, run_command, capsys):
+    (tmp_path / "arches.apa").write_bytes(apa(arches()))
+    sheet, out = tmp_path / "sheet.png", tmp_path / "out.json"
+    arguments = ("--strokes", tmp_path, "--cells", 64, "--pixels", 40, "--sheet", sheet)
+    assert run_command(claims.main, *arguments, "--out", out) == 0
+    assert sheet.stat().st_size > 500
+    assert "recorded.coverage" in capsys.readouterr().out
+    assert json.loads(out.read_text())["recorded"]["sketches"]["arches"]["coverage"] > 0.9
+
+
+def test_a_directory_without_recordings_is_refused(tmp_path: Path, run_command, capsys):
+    assert run_command(claims.main, "--strokes", tmp_path) == 1
+    assert "no recording" in capsys.readouterr().err
