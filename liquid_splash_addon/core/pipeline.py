@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 MOST_OUTSIDE = 0.05
 """Share of the strokes' length that may lie outside the local grid."""
 
+LEAST_OUTSIDE = 0.005
+"""Share from which it is worth a warning."""
+
 Report = Callable[[str, float], None]
 """Called between stages with what comes next and the share done, 0..1; may raise Cancelled."""
 
@@ -79,7 +82,8 @@ def make_splash(
             "These strokes give no liquid: lower Surface Threshold or change Real Size"
         )
     report("Done", 1.0)
-    return Splash(mesh, fields, frame, speed_warnings(local, generator.fastest))
+    warnings = outside_warnings(frame.strokes_to_local(strokes))
+    return Splash(mesh, fields, frame, warnings + speed_warnings(local, generator.fastest))
 
 
 def prepare_frame(
@@ -101,16 +105,19 @@ def prepare_frame(
     return frame
 
 
-def size_advice(local: Sequence[Stroke]) -> str:
-    """Return what to do about strokes that leave the box: the largest real size that fits."""
+def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
+    """Return what to do about strokes that leave the box: the largest real size that fits.
+
+    most : share of their length that may stay outside.
+    """
     grid = Grid.local()
     points, _ = resampled_points(local, grid.spacing / 2)
     size = max(float(np.ptp(points, axis=0).max()), 1e-9)
     # Scaling about the centre moves a point to the wall when its largest coordinate gets there.
-    reach = float(np.quantile(np.abs(points).max(axis=1), 1 - MOST_OUTSIDE))
+    reach = float(np.quantile(np.abs(points).max(axis=1), 1 - most))
     share = grid.size[0] / 2 / max(reach, 1e-9)
     # At another size the strokes are resampled at other points: make sure.
-    while outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.049:
+    while outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.98 * most:
         share *= 0.995
     return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
 
@@ -120,6 +127,17 @@ def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
     vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
     velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
     return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))
+
+
+def outside_warnings(local: Sequence[Stroke]) -> list[str]:
+    """Return a warning if parts of the strokes lie outside the box, where no liquid can be."""
+    share = outside_share(local, Grid.local())
+    if share < LEAST_OUTSIDE:
+        return []
+    return [
+        f"{share:.1%} of the strokes lie outside the generator's box and get no liquid: "
+        + size_advice(local, LEAST_OUTSIDE)
+    ]
 
 
 def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:

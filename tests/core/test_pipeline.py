@@ -94,7 +94,10 @@ def test_strokes_outside_the_box_name_the_largest_size_that_fits(generator):
     with pytest.raises(StrokeError, match="outside the generator's box") as caught:
         make_splash(sketch(), replace(DRAFT, real_size=0.9), generator)
     advised = float(str(caught.value).split("Real Size to ")[1].split(" m")[0])
-    make_splash(sketch(), replace(DRAFT, real_size=advised), generator)
+    (warning,) = make_splash(sketch(), replace(DRAFT, real_size=advised), generator).warnings
+    assert "get no liquid" in warning
+    smaller = float(warning.split("Real Size to ")[1].split(" m")[0])
+    assert make_splash(sketch(), replace(DRAFT, real_size=smaller), generator).warnings == []
     with pytest.raises(StrokeError):
         make_splash(sketch(), replace(DRAFT, real_size=advised * 1.05), generator)
 
