@@ -60,6 +60,16 @@ def view_of(distance: np.ndarray) -> View:
     return View((low + high) / 2 @ axes, VIEW * float((high - low)[:2].max()))
 
 
+def draw(distance: np.ndarray, view: View, pixels: int) -> Any:
+    """Return a picture of a liquid; only the part of the array that holds some is traced."""
+    near = np.argwhere(distance < AIR - 0.5)
+    if not len(near):
+        return draw_liquid(distance, pixels, centre=view.centre, width=view.width)
+    low, high = near.min(axis=0), near.max(axis=0) + 1
+    part = distance[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
+    return draw_liquid(part, pixels, centre=view.centre - low, width=view.width)
+
+
 def answered(answer: Answer, item: Item, grids: Sequence[int]) -> tuple[np.ndarray, Grid, float]:
     """Return distance, grid and IoU on the finest of the grids that the model can answer on."""
     for cells in sorted(grids, reverse=True):
@@ -88,11 +98,11 @@ def draw_row(
     title = f"scene {item.seed}, {item.time * 1e3:.0f} ms, {len(strokes)} strokes"
     row = [
         titled(draw_liquid(nothing, pixels, strokes=lines, **view._asdict()), title),
-        titled(draw_liquid(truth, pixels, **view._asdict()), "truth"),
+        titled(draw(truth, view, pixels), "truth"),
     ]
     for name, answer in answers.items():
         distance, grid, score = answered(answer, item, grids)
-        picture = draw_liquid(upright(distance, grid, frame.axes), pixels, **view._asdict())
+        picture = draw(upright(distance, grid, frame.axes), view, pixels)
         coarser = "" if grid.shape[0] == finest else f" at {grid.shape[0]}^3"
         row.append(titled(picture, f"{name}{coarser}: IoU {score:.2f}"))
     return row

@@ -20,6 +20,7 @@ from training.answers import latents_for, load_answers  # noqa: E402
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
 from training.dataset import load_items  # noqa: E402
 from training.diversity import diversity, halved, seeds_row  # noqa: E402
+from training.diversity import summary as diversity_summary  # noqa: E402
 from training.gallery import SIDE, upright, view_of  # noqa: E402
 from training.metrics import average, relative_divergence  # noqa: E402
 from training.report import (  # noqa: E402
@@ -200,6 +201,10 @@ def test_figures_of_seeds_are_what_they_say():
     assert found["covered_near"] == pytest.approx((2 / 4 + 1 + 1) / 3)
     assert found["covered_near_least"] == pytest.approx(2 / 4)
     assert found["covered_by_truth"] == 1
+    both = diversity_summary([found, {**found, "covered_least": 0.75, "spread": 0.0}], [0.5, 0.9])
+    assert both["covered_least"] == pytest.approx(1 / 4)
+    assert both["twin_spread"] == pytest.approx(0.3)
+    assert both["spread_over_twin"] == pytest.approx(found["spread"] / 2 / 0.3)
 
 
 def test_a_coarse_cell_is_liquid_where_its_mean_distance_is():
@@ -276,6 +281,10 @@ def test_pictures_stand_upright(cells: int):
     expected = axes.T @ place / LOCAL_SPACING + SIDE / 2
     assert cells_wet.mean(axis=0) == pytest.approx(expected, abs=0.1)
     radius = 0.04 / LOCAL_SPACING
+    middles = np.stack(np.indices(drawn.shape), axis=-1) + 0.5
+    exact = np.linalg.norm(middles - expected, axis=-1) - radius
+    near = np.abs(exact) < 1.5
+    assert np.abs(drawn - exact)[near].max() < 0.2
     assert len(cells_wet) == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.03)
     assert view_of(drawn).centre == pytest.approx(expected, abs=0.5)
     assert view_of(drawn).width == pytest.approx(1.25 * 2 * radius, rel=0.06)
