@@ -25,9 +25,9 @@ from liquid_splash_addon.core.weights import default_weights_path
 
 from .answers import BASELINES, Answer, latents_for, load_answers
 from .baselines import NearestExample, best_radius, stroke_distance
+from .comparison import draw_comparison
 from .dataset import Item, held_out_sample, load_items
 from .diversity import diversity
-from .gallery import draw_gallery
 from .metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
 from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
 
@@ -190,7 +190,8 @@ def run(args: argparse.Namespace) -> str:
     if args.pictures:
         args.pictures.parent.mkdir(parents=True, exist_ok=True)
         able = {n: a for n, a in answers.items() if any(n in rows for rows in results.values())}
-        draw_gallery(able, choose(tests, args.shown), args.grids, args.pixels).save(args.pictures)
+        sheet = draw_comparison(able, choose(tests, args.shown), args.grids, args.pixels)
+        sheet.save(args.pictures)
     all_rows = {grid: rows for grid, rows in content.items() if grid != "about"}
     return f"{len(tests)} test frames of {about['test_scenes']} scenes\n\n{describe(all_rows)}"
 

@@ -18,10 +18,10 @@ from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
 from training.answers import latents_for, load_answers  # noqa: E402
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
+from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
 from training.dataset import load_items  # noqa: E402
 from training.diversity import diversity, halved, seeds_row  # noqa: E402
 from training.diversity import summary as diversity_summary  # noqa: E402
-from training.gallery import SIDE, upright, view_of  # noqa: E402
 from training.metrics import average, relative_divergence  # noqa: E402
 from training.report import (  # noqa: E402
     STROKES,
@@ -288,6 +288,20 @@ def test_pictures_stand_upright(cells: int):
     assert len(cells_wet) == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.03)
     assert view_of(drawn).centre == pytest.approx(expected, abs=0.5)
     assert view_of(drawn).width == pytest.approx(1.25 * 2 * radius, rel=0.06)
+
+
+def test_no_ray_steps_over_thin_liquid():
+    """Whatever a model says of the distance in the air."""
+    occupancy = np.zeros((32, 32, 32), np.float32)
+    occupancy[16] = 1
+    fields = Fields(occupancy, np.where(occupancy > 0, -0.1, AIR), np.zeros(3), Grid.local(32))
+    distance = safe_distance(fields)
+    assert (distance[16] < 0).all() and (np.delete(distance, 16, axis=0) > 0).all()
+    true = np.abs(np.arange(32) - 16.0)[:, None, None]
+    assert (distance <= np.where(true > 2, true, AIR)).all()
+    assert distance[20].min() == AIR
+    empty = Fields(occupancy * 0, np.full_like(occupancy, AIR), np.zeros(3), Grid.local(32))
+    assert (safe_distance(empty) == AIR).all()
 
 
 def test_the_command_measures_models_side_by_side(

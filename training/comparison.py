@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import affine_transform
+from scipy.ndimage import affine_transform, distance_transform_edt
 from tqdm import tqdm
 
 from liquid_splash_addon.core.alignment import fit_frame
-from liquid_splash_addon.core.fields import AIR
+from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
 
 from .answers import Answer
@@ -70,6 +70,17 @@ def draw(distance: np.ndarray, view: View, pixels: int) -> Any:
     return draw_liquid(part, pixels, centre=view.centre - low, width=view.width)
 
 
+def safe_distance(fields: Fields) -> np.ndarray:
+    """Return the signed distance ``(X, Y, Z)``, in cells, in the air rather too small.
+
+    A network's may be too large beside thin liquid: rays would step over it.
+    """
+    if not (fields.occupancy > 0.5).any():
+        return fields.distance
+    away = distance_transform_edt(fields.occupancy <= 0.5)
+    return np.where(away > 2, np.minimum(fields.distance, away - 1), fields.distance)
+
+
 def answered(answer: Answer, item: Item, grids: Sequence[int]) -> tuple[np.ndarray, Grid, float]:
     """Return distance, grid and IoU on the finest of the grids that the model can answer on."""
     for cells in sorted(grids, reverse=True):
@@ -80,7 +91,7 @@ def answered(answer: Answer, item: Item, grids: Sequence[int]) -> tuple[np.ndarr
             if cells == min(grids):
                 raise
             continue
-        return fields.distance, sample.grid, iou(fields.occupancy > 0.5, sample.distance < 0)
+        return safe_distance(fields), sample.grid, iou(fields.occupancy > 0.5, sample.distance < 0)
     raise ValueError("no grid to draw on")
 
 
@@ -108,7 +119,7 @@ def draw_row(
     return row
 
 
-def draw_gallery(
+def draw_comparison(
     answers: Mapping[str, Answer], items: Sequence[Item], grids: Sequence[int], pixels: int
 ) -> Any:
     """Return a sheet with a row for each item; the models are drawn on the finest grid they can."""
