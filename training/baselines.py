@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 
 import numpy as np
 from numba import njit
@@ -16,9 +19,13 @@ from liquid_splash_addon.core.strokes import Stroke, resampled_points
 
 from .dataset import Item, held_out_strokes, resample
 from .metrics import iou
+from .scheduling import end_with_parent
 
 POINTS = 256
 """Points that stand for a sketch in the search for the nearest one."""
+
+WORTH_A_PROCESS = 32
+"""Sketches that are traced while another process starts."""
 
 
 def stroke_distance(condition: np.ndarray) -> np.ndarray:
@@ -26,14 +33,14 @@ def stroke_distance(condition: np.ndarray) -> np.ndarray:
     return np.asarray(distance_transform_edt(condition[0] == 0))
 
 
-def best_radius(distances: Sequence[np.ndarray], truths: Sequence[np.ndarray]) -> float:
+def best_radius(distances: Iterable[np.ndarray], truths: Iterable[np.ndarray]) -> float:
     """Return the radius (cells) whose dilated strokes have the best mean IoU with the truth."""
     radii = np.arange(0.5, 16, 0.5)
-    scores = []
-    for radius in radii:
-        pairs = zip(distances, truths, strict=True)
-        scores.append(np.mean([iou(distance <= radius, truth) for distance, truth in pairs]))
-    return float(radii[int(np.argmax(scores))])
+    scores = [
+        [iou(distance <= radius, truth) for radius in radii]
+        for distance, truth in zip(distances, truths, strict=True)
+    ]
+    return float(radii[int(np.mean(scores, axis=0).argmax())])
 
 
 def sketch_points(strokes: Sequence[Stroke], rng: np.random.Generator) -> np.ndarray:
@@ -43,16 +50,27 @@ def sketch_points(strokes: Sequence[Stroke], rng: np.random.Generator) -> np.nda
     return points[rng.integers(0, len(points), POINTS)]
 
 
+def sketch_of(item: Item) -> list[Stroke]:
+    """Return the strokes of a frame, see ``held_out_strokes``."""
+    return held_out_strokes(item, item.load())
+
+
+def trace_sketches(items: Sequence[Item], workers: int) -> list[list[Stroke]]:
+    """Return the strokes of each frame; ``workers`` processes trace them."""
+    bar = partial(tqdm, total=len(items), desc="training sketches", leave=False)
+    if workers < 2:
+        return list(bar(map(sketch_of, items)))
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=end_with_parent) as pool:
+        return list(bar(pool.map(sketch_of, items, chunksize=8)))
+
+
 class NearestExample:
     """Answers with the training frame whose sketch is nearest (symmetric Chamfer distance)."""
 
-    def __init__(self, items: Sequence[Item], seed: int = 0) -> None:
+    def __init__(self, items: Sequence[Item], seed: int = 0, workers: int = 1) -> None:
         rng = np.random.default_rng(seed)
         self.items = items
-        self.strokes = [
-            held_out_strokes(item, item.load())
-            for item in tqdm(items, desc="training sketches", leave=False)
-        ]
+        self.strokes = trace_sketches(items, min(workers, len(items) // WORTH_A_PROCESS))
         self.clouds = np.stack([sketch_points(s, rng) for s in self.strokes])
 
     def answer(self, strokes: Sequence[Stroke], grid: Grid) -> tuple[np.ndarray, np.ndarray]:

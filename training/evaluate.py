@@ -1,28 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure a generator on scenes it was never trained on, beside two baselines.
+"""Measure models on scenes they were never trained on, beside two baselines.
 
-python -m training.evaluate DATA --weights FILE --out accuracy.json
+    python -m training.evaluate DATA --out accuracy.json
+    python -m training.evaluate DATA --models ours=FILE paper=RUN --twins FILE --pictures FILE.png
+
+``--twins`` takes what ``python -m training.ceiling --data DATA --out FILE`` writes.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
 
 from liquid_splash_addon.core.generator import Generator
-from liquid_splash_addon.core.weights import default_weights_path, load_generator
+from liquid_splash_addon.core.weights import default_weights_path
 
+from .answers import BASELINES, Answer, latents_for, load_answers
 from .baselines import NearestExample, best_radius, stroke_distance
+from .comparison import draw_comparison
 from .dataset import Item, held_out_sample, load_items
-from .metrics import average, occupancy_metrics, velocity_metrics
+from .diversity import diversity
+from .metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
+from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
 
-Figures = dict[str, dict[str, float]]
+
+class Measured(NamedTuple):
+    """Figures of each test frame on one grid.
+
+    Attributes
+    ----------
+    rows : by model, one for each frame
+    truth : the truth's own
+    strokes : number of strokes of each sketch
+    """
+
+    rows: dict[str, list[dict[str, float]]]
+    truth: list[dict[str, float]]
+    strokes: list[int]
 
 
 def choose(items: Sequence[Item], most: int) -> list[Item]:
@@ -33,83 +55,145 @@ def choose(items: Sequence[Item], most: int) -> list[Item]:
 
 def tuned_radius(validation: Sequence[Item], cells: int) -> float:
     """Return the dilation (cells) that suits the validation frames best."""
-    samples = [held_out_sample(item, cells)[0] for item in validation]
-    return best_radius(
-        [stroke_distance(s.condition) for s in samples], [s.distance < 0 for s in samples]
-    )
+    distances, truths = [], []
+    for item in validation:
+        sample, _ = held_out_sample(item, cells)
+        distances.append(stroke_distance(sample.condition).astype(np.float32))
+        truths.append(sample.distance < 0)
+    return best_radius(distances, truths)
 
 
-def evaluate(
-    generator: Generator, tests: Sequence[Item], nearest: NearestExample, radius: float, cells: int
-) -> Figures:
-    """Return the mean figures of the generator and the baselines over the test frames."""
-    rows: dict[str, list[dict[str, float]]] = {"ours": [], "dilated_strokes": [], "nearest": []}
+def measure(
+    answers: Mapping[str, Answer],
+    tests: Sequence[Item],
+    nearest: NearestExample,
+    radius: float,
+    cells: int,
+) -> Measured:
+    """Return the figures of the models and the baselines on the test frames.
+
+    A model that cannot answer on this grid is left out, with a printed line.
+    """
+    left = dict(answers)
+    found = Measured({name: [] for name in (*answers, *BASELINES)}, [], [])
     for item in tqdm(tests, desc=f"{cells}^3", unit="frame"):
         sample, strokes = held_out_sample(item, cells)
         truth, spacing = sample.distance < 0, sample.grid.spacing
-        fields = generator.generate(sample.condition, sample.grid)
         near, near_velocity = nearest.answer(strokes, sample.grid)
-        guesses = {
-            "ours": (fields.occupancy > 0.5, fields.velocity),
-            "dilated_strokes": (stroke_distance(sample.condition) <= radius, None),
-            "nearest": (near < 0, near_velocity),
-        }
+        guesses: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+        for name, answer in list(left.items()):
+            try:
+                fields = answer.generate(sample.condition, sample.grid)
+            except ValueError as error:
+                if found.strokes:  # it could, on the first frame
+                    raise
+                tqdm.write(f"{name} is left out at {cells}^3: {error}")
+                del left[name], found.rows[name]
+                continue
+            guesses[name] = (fields.occupancy > 0.5, fields.velocity)
+        guesses["dilated_strokes"] = (stroke_distance(sample.condition) <= radius, None)
+        guesses["nearest"] = (near < 0, near_velocity)
         for name, (occupied, velocity) in guesses.items():
             row = occupancy_metrics(occupied, truth, spacing)
             if velocity is not None:
                 row |= velocity_metrics(velocity, sample.velocity, truth)
-            rows[name].append(row)
-    return {name: average(found) for name, found in rows.items()}
+                row["divergence"] = relative_divergence(velocity, occupied)
+            found.rows[name].append(row)
+        found.truth.append({"divergence": relative_divergence(sample.velocity, truth)})
+        found.strokes.append(len(strokes))
+    return found
 
 
-def table(results: dict[str, Figures]) -> str:
-    """Return the figures as a Markdown table."""
-    columns = ("iou", "tpr", "precision", "fpr", "hausdorff_mm", "hd95_mm", "hausdorff_cells",
-               "hd95_cells", "velocity_error", "angle_deg")  # fmt: skip
-    lines = ["| grid | model | " + " | ".join(columns) + " |", "|---" * (len(columns) + 2) + "|"]
-    for cells, figures in results.items():
-        for name, row in figures.items():
-            values = [
-                f"{row[c]:.4f}" if c == "fpr" else f"{row[c]:.3f}" if c in row else "-"
-                for c in columns
-            ]
-            lines.append(f"| {cells}^3 | {name} | " + " | ".join(values) + " |")
-    return "\n".join(lines)
+def read_arguments() -> argparse.Namespace:
+    """Return the command line's arguments."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add, cores = parser.add_argument, os.cpu_count() or 1
+    add("data", type=Path, help="directory of the data set")
+    add("--models", nargs="+", metavar="NAME=PATH", help="weights files, or directories of runs")
+    add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
+    add("--out", type=Path, help="JSON file for the figures")
+    add("--keep", action="store_true", help="keep the rows of other models in it")
+    add("--most", type=int, default=100, help="test frames at the most")
+    add("--grids", type=int, nargs="+", default=[128, 64])
+    add("--examples", type=int, default=sys.maxsize, help="training frames sought in at the most")
+    add("--workers", type=int, default=cores, help="processes that trace their sketches")
+    add("--twins", type=Path, help="JSON file of training.ceiling --data")
+    add("--seeds", type=int, default=8, help="splashes of one sketch that are compared")
+    add("--diverse", type=int, default=16, help="test frames for that at the most; 0: none")
+    add("--pictures", type=Path, help="PNG to draw some test frames into")
+    add("--shown", type=int, default=6, help="frames in it")
+    add("--pixels", type=int, default=240, help="side of a picture in it")
+    args = parser.parse_args()
+    if args.seeds < 2 or min(args.most, args.examples, args.shown) < 1:
+        parser.error("--seeds must be at least 2, --most, --examples and --shown at least 1")
+    args.models = args.models or [f"ours={args.weights}"]
+    return args
 
 
 def main() -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("data", type=Path, help="directory of the data set")
-    parser.add_argument("--weights", type=Path, default=default_weights_path())
-    parser.add_argument("--out", type=Path, help="JSON file for the figures")
-    parser.add_argument("--most", type=int, default=100, help="test frames at the most")
-    parser.add_argument("--grids", type=int, nargs="+", default=[128, 64])
-    args = parser.parse_args()
+    args = read_arguments()
     try:
-        generator = load_generator(args.weights)
-        tests = choose(load_items(args.data, "test"), args.most)
-        validation = choose(load_items(args.data, "validation"), args.most // 3 + 1)
-        nearest = NearestExample(load_items(args.data, "train"))
+        print(run(args))
     except ValueError as error:
         print(error, file=sys.stderr)
         return 1
+    return 0
+
+
+def run(args: argparse.Namespace) -> str:
+    """Measure, write what was asked for, and return the tables; ValueError says what is amiss."""
+    tests = choose(load_items(args.data, "test"), args.most)
+    validation = choose(load_items(args.data, "validation"), args.most // 3 + 1)
+    examples = choose(load_items(args.data, "train"), args.examples)
+    test_hash = frames_hash(tests)
+    kept = load_kept(args.out, test_hash) if args.out and args.keep else {}
+    twins = load_twins(args.twins, tests) if args.twins else {}
+    answers, hashes = load_answers(args.models)
+    nearest = NearestExample(examples, workers=args.workers)
     results: dict[str, Figures] = {}
+    divergence = {}
     for cells in args.grids:
         radius = tuned_radius(validation, cells)
-        results[str(cells)] = evaluate(generator, tests, nearest, radius, cells)
-        results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
-    print(f"{len(tests)} test frames\n{table(results)}")
-    if args.out:
-        about = {
-            "weights_hash": generator.weights_hash,
-            "data_hash": generator.header["data_hash"],
-            "test_frames": len(tests),
-            "validation_frames": len(validation),
+        found = measure(answers, tests, nearest, radius, cells)
+        results[str(cells)] = {
+            name: summary(rows, tests, found.strokes, twins) for name, rows in found.rows.items()
         }
+        results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
+        divergence[str(cells)] = average(found.truth).get("divergence")
+    for name, answer in answers.items():
+        grids = [cells for cells in args.grids if name in results[str(cells)]]
+        latents = latents_for(answer, args.seeds)
+        if grids and args.diverse:
+            varied = diversity(answer, latents, choose(tests, args.diverse), grids, twins)
+            for cells, row in varied.items():
+                results[str(cells)][name]["diversity"] = {**row, "seeds": args.seeds}
+    about: dict[str, Any] = {
+        "test_hash": test_hash,
+        "test_frames": len(tests),
+        "test_scenes": len({item.scene for item in tests}),
+        "validation_frames": len(validation),
+        "examples": len(examples),
+        "models": hashes,
+        "truth_divergence": divergence,
+    }
+    ours = answers.get("ours")
+    if isinstance(ours, Generator):
+        about["weights_hash"] = ours.weights_hash
+        about["data_hash"] = ours.header["data_hash"]
+    content = merged(kept, {"about": about, **results}, [*answers, *BASELINES])
+    if args.out:
         args.out.parent.mkdir(parents=True, exist_ok=True)
-        args.out.write_text(json.dumps({"about": about, **results}, indent=1) + "\n")
-    return 0
+        args.out.write_text(json.dumps(content, indent=1) + "\n")
+    if args.pictures:
+        args.pictures.parent.mkdir(parents=True, exist_ok=True)
+        able = {n: a for n, a in answers.items() if any(n in rows for rows in results.values())}
+        sheet = draw_comparison(able, choose(tests, args.shown), args.grids, args.pixels)
+        sheet.save(args.pictures)
+    all_rows = {grid: rows for grid, rows in content.items() if grid != "about"}
+    return f"{len(tests)} test frames of {about['test_scenes']} scenes\n\n{describe(all_rows)}"
 
 
 if __name__ == "__main__":

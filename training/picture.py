@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 from liquid_splash_addon.core.fluid.streamlines import trilinear
 
@@ -64,6 +64,16 @@ def draw_liquid(
         flat = (line[:, :3] - centre) @ axes[:2].T * (rays / width) + rays / 2
         pen.line([tuple(p) for p in flat], fill=INK, width=max(rays // 160, 1), joint="curve")
     return picture.resize((pixels, pixels), Image.Resampling.LANCZOS)
+
+
+def titled(picture: Image.Image, title: str) -> Image.Image:
+    """Return the picture with a line of text above it."""
+    size = max(picture.width // 17, 8)
+    font, strip = ImageFont.load_default(size), size * 3 // 2
+    result = Image.new("RGB", (picture.width, picture.height + strip), "white")
+    result.paste(picture, (0, strip))
+    ImageDraw.Draw(result).text((2, strip // 2), title, fill="black", font=font, anchor="lm")
+    return result
 
 
 def contact_sheet(pictures: Sequence[Image.Image], columns: int, gap: int = 4) -> Image.Image:

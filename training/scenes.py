@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -98,6 +98,15 @@ class Scene:
     obstacle: Obstacle
     impact: float
 
+    @classmethod
+    def of(cls, parameters: dict[str, Any]) -> Scene:
+        """Return the scene that :meth:`parameters` (and perhaps more) describes."""
+        known = {field.name: parameters[field.name] for field in fields(cls)}
+        arrays = ({k: _to_array(v) for k, v in s.items()} for s in parameters["streamlets"])
+        body = {k: _to_array(v) for k, v in parameters["obstacle"].items()}
+        parts = {"streamlets": tuple(Streamlet(**s) for s in arrays), "obstacle": Obstacle(**body)}
+        return cls(**{**known, **parts})
+
     def shifted(self, by: np.ndarray) -> Scene:
         """Return the scene with everything in it moved by ``by`` ``(3,)`` metres."""
         return replace(
@@ -123,6 +132,10 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [to_plain(inner) for inner in value]
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _to_array(value: Any) -> Any:
+    return np.asarray(value) if isinstance(value, list) else value
 
 
 def side_direction(direction: np.ndarray, angle: float) -> np.ndarray:

@@ -55,6 +55,14 @@ def looks() -> Iterator[float]:
         time += max(SHORTEST_WAIT, WAIT * time)
 
 
+def moments(scene: Scene, world: World, jitter_seed: int = 0) -> Iterator[tuple[float, Liquid]]:
+    """Yield the moments looked at, seconds after impact, and the liquid at each."""
+    liquid = initial_liquid(scene, jitter_seed)
+    for time in looks():
+        liquid = advance(liquid, world, scene.impact + time)
+        yield time, liquid
+
+
 def simulate(
     scene: Scene,
     stored_spacing: float | None = None,
@@ -66,11 +74,10 @@ def simulate(
     stored_spacing : cell of the frames, metres; None for the simulation's.
     """
     stored_spacing = stored_spacing or scene.spacing
-    world, liquid = World.of(scene, physics), initial_liquid(scene, jitter_seed)
+    world = World.of(scene, physics)
     kept: np.ndarray | None = None
     count = 0
-    for time in looks():
-        liquid = advance(liquid, world, scene.impact + time)
+    for time, liquid in moments(scene, world, jitter_seed):
         if count == MOST_FRAMES or share_in_own_box(liquid, scene.spacing) < GIVE_UP:
             return
         occupied = occupied_cells(liquid, scene.spacing / stored_spacing)

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from training.ceiling import frame_iou
+from training.ceiling import frame_iou, stored_twins
 from training.ceiling import main as ceiling_main
-from training.dataset import SPLITS, list_items
+from training.dataset import SPLITS, list_items, load_items
+from training.frames import load_parameters
 from training.inspect import histogram
 from training.inspect import main as inspect_main
 from training.obstacles import NOTHING, Obstacle
-from training.picture import contact_sheet, draw_liquid
+from training.picture import contact_sheet, draw_liquid, titled
+from training.scenes import Scene
 
 
 def ball(radius=12.0, side=40):
@@ -59,6 +61,14 @@ def test_a_contact_sheet_holds_all_pictures():
     assert sheet[15, 30].tolist() == [255, 255, 255]
 
 
+def test_a_title_stands_above_its_picture():
+    picture = Image.new("RGB", (170, 40), (10, 20, 30))
+    pixels = np.asarray(titled(picture, "truth"))
+    assert pixels.shape == (55, 170, 3)
+    assert (pixels[15:] == (10, 20, 30)).all()
+    assert pixels[:15].min() < 100 and (pixels[:15, 80:] == 255).all()
+
+
 def test_a_histogram_shows_shares():
     lines = histogram("things", [0.1, 0.2, 0.7, 5.0], (0, 0.5, 1))
     assert lines[0] == "things"
@@ -101,3 +111,18 @@ def test_the_ceiling_is_measured(tmp_path: Path, run_command, capsys):
     values = [row["iou"] for row in rows]
     assert rows and 0.3 < np.mean(values) < 1
     assert f"mean over {len(rows)} frames: {np.mean(values):.3f}" in capsys.readouterr().out
+
+
+def test_a_scene_is_made_again_from_its_parameters(toy_data: Path):
+    for path in toy_data.glob("scene_*.npz"):
+        parameters = load_parameters(path)
+        again = Scene.of(parameters).parameters()
+        assert again == {name: parameters[name] for name in again}
+
+
+def test_a_scene_without_other_seeding_is_its_own_twin(toy_data: Path):
+    items = load_items(toy_data, "test")
+    same, other = stored_twins(items, jitter_seed=0), stored_twins(items)
+    assert [(row["number"], row["time"]) for row in same] == [(i.number, i.time) for i in items]
+    assert [row["iou"] for row in same] == [1.0] * len(items)
+    assert other and all(0.2 < row["iou"] < 1.0 for row in other)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whatever answers a sketch with a splash: our weights, or a training run of the paper's model."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import torch
+
+from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.core.generator import Generator, draw_latent
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.weights import load_generator
+
+CHECKPOINT = "checkpoint.pt"
+
+BASELINES = ("dilated_strokes", "nearest")
+"""Names that no model may have."""
+
+
+class Answer(Protocol):
+    """What a model must be able to do to be measured."""
+
+    def generate(
+        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+    ) -> Fields:
+        """Return the splash, see ``Generator.generate``; ValueError if it cannot on this grid."""
+
+
+def load_answer(path: Path) -> Answer:
+    """Return the model at ``path``: a weights file, or the directory of a training run.
+
+    Raises ValueError for what is neither, and for runs of our own model: weights alone have the
+    calibrated threshold.
+    """
+    if not path.is_dir():
+        return load_generator(path)
+    try:
+        state = torch.load(path / CHECKPOINT, map_location="cpu", weights_only=True, mmap=True)
+    except OSError as error:
+        raise ValueError(f"{path} holds no training run ({error.strerror})") from error
+    if state.get("kind") != "paper":
+        raise ValueError(f"{path} is no run of the paper's model: take what training.export makes")
+    from .paper import load_paper
+
+    paper: Answer = load_paper(path)
+    return paper
+
+
+def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, str]]:
+    """Return the models that ``name=PATH`` each ask for, and the hashes of their files, by name."""
+    answers: dict[str, Answer] = {}
+    hashes = {}
+    for wish in wishes:
+        name, _, place = wish.partition("=")
+        if not name or not place or name in answers or name in BASELINES:
+            raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
+        answers[name] = load_answer(Path(place))
+        file = Path(place) / CHECKPOINT if Path(place).is_dir() else Path(place)
+        hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return answers, hashes
+
+
+def latents_for(answer: Answer, count: int) -> list[np.ndarray]:
+    """Return the latents of seeds 0 to ``count`` - 1 at full variation.
+
+    A model that is not ours takes any array as the seed of the chance in it (dropout).
+    """
+    if isinstance(answer, Generator):
+        drawn = [draw_latent(answer.config, seed, 1.0) for seed in range(count)]
+        return [latent for latent in drawn if latent is not None]
+    return [np.random.default_rng(seed).standard_normal(8) for seed in range(count)]
