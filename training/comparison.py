@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import affine_transform, distance_transform_edt
+from scipy.ndimage import affine_transform
 from tqdm import tqdm
 
 from liquid_splash_addon.core.alignment import fit_frame
-from liquid_splash_addon.core.fields import AIR, Fields
+from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
 
 from .answers import Answer
 from .dataset import Item, held_out_sample
 from .metrics import iou
-from .picture import camera_axes, contact_sheet, draw_liquid, titled
+from .picture import camera_axes, contact_sheet, draw_liquid, safe_distance, titled
 
 SIDE = 168
 """Cells along each side of what is drawn: a box of 0.4 m, turned, but for its corners."""
@@ -68,17 +68,6 @@ def draw(distance: np.ndarray, view: View, pixels: int) -> Any:
     low, high = near.min(axis=0), near.max(axis=0) + 1
     part = distance[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
     return draw_liquid(part, pixels, centre=view.centre - low, width=view.width)
-
-
-def safe_distance(fields: Fields) -> np.ndarray:
-    """Return the signed distance ``(X, Y, Z)``, in cells, in the air rather too small.
-
-    A network's may be too large beside thin liquid: rays would step over it.
-    """
-    if not (fields.occupancy > 0.5).any():
-        return fields.distance
-    away = distance_transform_edt(fields.occupancy <= 0.5)
-    return np.where(away > 2, np.minimum(fields.distance, away - 1), fields.distance)
 
 
 def answered(answer: Answer, item: Item, grids: Sequence[int]) -> tuple[np.ndarray, Grid, float]:

@@ -103,6 +103,12 @@ def list_items(data: Path, split: str) -> list[Item]:
     return items
 
 
+def choose(items: Sequence[Item], most: int) -> list[Item]:
+    """Return at most ``most`` of the items, evenly spread (all times and scenes alike)."""
+    places = np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int)
+    return [items[i] for i in places]
+
+
 def augmented_frame(
     frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator
 ) -> LocalFrame:

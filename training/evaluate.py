@@ -26,7 +26,7 @@ from liquid_splash_addon.core.weights import default_weights_path
 from .answers import BASELINES, Answer, latents_for, load_answers
 from .baselines import NearestExample, best_radius, stroke_distance
 from .comparison import draw_comparison
-from .dataset import Item, held_out_sample, load_items
+from .dataset import Item, choose, held_out_sample, load_items
 from .diversity import diversity
 from .metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
 from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
@@ -45,12 +45,6 @@ class Measured(NamedTuple):
     rows: dict[str, list[dict[str, float]]]
     truth: list[dict[str, float]]
     strokes: list[int]
-
-
-def choose(items: Sequence[Item], most: int) -> list[Item]:
-    """Return at most ``most`` of the items, evenly spread (all times and scenes alike)."""
-    places = np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int)
-    return [items[i] for i in places]
 
 
 def tuned_radius(validation: Sequence[Item], cells: int) -> float:

@@ -23,8 +23,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
 from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
-from .dataset import Item, held_out_sample, load_items
-from .evaluate import choose
+from .dataset import Item, choose, held_out_sample, load_items
 from .losses import VELOCITY_SCALE
 from .metrics import iou
 

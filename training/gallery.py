@@ -8,27 +8,21 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import ImageDraw
 from PIL.Image import Image
-from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.alignment import Frame
 from liquid_splash_addon.core.drawing import Drawing
-from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
-from liquid_splash_addon.core.meshing import LEVEL_BAND, surface_level
 from liquid_splash_addon.core.pipeline import Splash
 
 from .letters import LETTERS, letter_drawings
-from .picture import camera_axes, contact_sheet, draw_liquid
+from .picture import camera_axes, contact_sheet, draw_liquid, safe_distance
 from .shapes import resampled
 from .studio import Studio
 from .trials import FAST, SLOW, disorderly, flows, growing
 
 ASIDE = Rotation.from_euler("zx", [18, -10], degrees=True).as_matrix()
 """Turn of a letter away from the reader: seen straight from the front, liquid looks flat."""
-
-SMOOTHING = 1.0
-"""Width in cells of the Gaussian on the level: about what meshing does to it."""
 
 MARGIN, SMALLEST = 14.0, 0.75 * LOCAL_CELLS
 """Cells around the strokes in a picture, and across the closest one."""
@@ -66,17 +60,6 @@ def framing(lines: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
     low, high = seen.min(axis=0), seen.max(axis=0)
     width = float((high - low)[:2].max()) + 2 * MARGIN
     return (low + high) / 2 @ axes, max(width, SMALLEST)
-
-
-def safe_distance(fields: Fields) -> np.ndarray:
-    """Return a distance to the surface as it is meshed, in cells, ``(X, Y, Z)``.
-
-    Too small rather than too large: rays must not step over thin liquid.
-    """
-    level = np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
-    level = gaussian_filter(level, SMOOTHING, mode="nearest")
-    away = distance_transform_edt(level > 0)
-    return np.where(away > 2, np.minimum(away - 1, AIR), level / 2).astype(np.float32)
 
 
 def facing_axes() -> np.ndarray:

@@ -18,8 +18,7 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 
-from .dataset import SPLITS, Item, held_out_sample, held_out_strokes, list_items, load_items
-from .evaluate import choose
+from .dataset import SPLITS, Item, choose, held_out_sample, held_out_strokes, list_items, load_items
 from .frames import load_parameters
 from .picture import contact_sheet, draw_liquid
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from torch.utils.tensorboard import SummaryWriter
 
-from .dataset import Item, held_out_sample
+from .dataset import Item, choose, held_out_sample
 from .learning import Learner
 from .losses import Batch
 from .metrics import iou
@@ -26,12 +26,6 @@ PICTURES = 3
 THRESHOLDS = np.linspace(0.2, 0.6, 9)
 
 SMOOTHING = 0.98
-
-
-def choose(items: Sequence[Item], most: int) -> list[Item]:
-    """Return at most ``most`` of the items, evenly spread (all times and scenes alike)."""
-    places = np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int)
-    return [items[i] for i in places]
 
 
 class Monitor:

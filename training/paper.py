@@ -194,11 +194,11 @@ class PaperAnswer:
         condition : float32 ``(4, X, Y, Z)``, velocity in m/s.
         latent : any array; it seeds the dropout, the only noise there is. None is seed 0.
 
-        Raises ValueError for a shape that does not fit.
+        Raises ValueError for another grid than it was trained on.
         """
-        multiple = 2 ** len(self.network.decoder)
-        if any(n % multiple for n in condition.shape[1:]):
-            raise ValueError(f"the grid must be a multiple of {multiple}, not {grid.shape}")
+        cells = self.network.config.cells
+        if grid.shape != (cells,) * 3:
+            raise ValueError(f"this network was trained on {cells}^3 cells, not on {grid.shape}")
         scaled = torch.from_numpy(condition).to(self.device, copy=True)[None]
         scaled[:, 1:] /= VELOCITY_SCALE
         seed = 0 if latent is None else zlib.crc32(latent.tobytes())

@@ -8,8 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 from PIL import Image, ImageDraw, ImageFont
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 
+from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.fluid.streamlines import trilinear
+from liquid_splash_addon.core.meshing import LEVEL_BAND, surface_level
 
 from .obstacles import NOTHING, Obstacle, world_distance
 
@@ -18,6 +21,9 @@ AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
 
 OVERSAMPLE = 2
 """Rays along each side of a pixel."""
+
+SMOOTHING = 1.0
+"""Width in cells of the Gaussian on a splash's level: about what meshing does to it."""
 
 INK = (214, 90, 30)
 """Colour of strokes."""
@@ -84,6 +90,17 @@ def contact_sheet(pictures: Sequence[Image.Image], columns: int, gap: int = 4) -
     for number, picture in enumerate(pictures):
         sheet.paste(picture, ((number % columns) * (w + gap), (number // columns) * (h + gap)))
     return sheet
+
+
+def safe_distance(fields: Fields) -> np.ndarray:
+    """Return a distance to the surface as it is meshed, in cells, ``(X, Y, Z)``.
+
+    Too small rather than too large: rays must not step over thin liquid.
+    """
+    level = np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
+    level = gaussian_filter(level, SMOOTHING, mode="nearest")
+    away = distance_transform_edt(level > 0)
+    return np.where(away > 2, np.minimum(away - 1, AIR), level / 2).astype(np.float32)
 
 
 @njit(cache=True, fastmath=True)

@@ -117,7 +117,9 @@ def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
     reach = float(np.quantile(np.abs(points).max(axis=1), 1 - most))
     share = grid.size[0] / 2 / max(reach, 1e-9)
     # At another size the strokes are resampled at other points: make sure.
-    while outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.98 * most:
+    while (
+        outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.98 * most
+    ):
         share *= 0.995
     return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
 
