@@ -13,7 +13,14 @@ from .losses import Batch
 
 
 class Learner(ABC):
-    """A model with its losses and optimisers. The loop around it keeps time and checkpoints."""
+    """A model with its losses and optimisers. The loop around it keeps time and checkpoints.
+
+    Attributes
+    ----------
+    grids : sides of the boxes, in cells, for which it can be asked
+    """
+
+    grids: tuple[int, ...]
 
     @abstractmethod
     def step(self, batch: Batch, progress: float, rate: float) -> dict[str, float]:
@@ -29,7 +36,10 @@ class Learner(ABC):
 
     @abstractmethod
     def predict(self, batch: Batch) -> Tensor:
-        """Return ``(B, 4, X, Y, Z)``: occupancy 0..1 and velocity over the velocity scale."""
+        """Return ``(B, 4, X, Y, Z)``: occupancy 0..1 and velocity over the velocity scale.
+
+        batch : whole boxes of one of ``grids``.
+        """
 
     @abstractmethod
     def state(self) -> dict[str, Any]:

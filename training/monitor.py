@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from PIL.Image import Image
 from torch.utils.tensorboard import SummaryWriter
 
 from .dataset import Item, choose, held_out_sample
@@ -23,7 +24,9 @@ FRAMES = 16
 PICTURES = 3
 """Of them, how many are drawn."""
 
-THRESHOLDS = np.linspace(0.2, 0.6, 9)
+THRESHOLDS = np.linspace(0.1, 0.6, 11)
+
+PIXELS = 256
 
 SMOOTHING = 0.98
 
@@ -31,11 +34,13 @@ SMOOTHING = 0.98
 class Monitor:
     """Writes into a run's directory: TensorBoard's events, and ``curve.jsonl``, a line a look."""
 
-    def __init__(self, out: Path, items: Sequence[Item], cells: int, active: bool) -> None:
-        self.out, self.cells = out, cells
+    def __init__(
+        self, out: Path, items: Sequence[Item], grids: tuple[int, ...], active: bool
+    ) -> None:
+        self.out = out
         self.writer = SummaryWriter(str(out)) if active else None
         self.items = choose(items, FRAMES)
-        self.batches: list[Batch] = []
+        self.batches: dict[int, list[Batch]] = {cells: [] for cells in grids}
         self.mean: dict[str, float] = {}
         self.count = 0
 
@@ -53,41 +58,46 @@ class Monitor:
         """Measure the learner on the validation frames and draw some of its answers."""
         if self.writer is None:
             return
-        self.batches = self.batches or [held_out_batch(item, self.cells) for item in self.items]
-        guesses = [learner.predict(batch)[0, 0].cpu().numpy() for batch in self.batches]
-        truths = [batch.distance[0].numpy() < 0 for batch in self.batches]
-        scores = np.array(
-            [
-                [iou(g > t, truth) for t in THRESHOLDS]
-                for g, truth in zip(guesses, truths, strict=True)
-            ]
-        ).mean(axis=0)
-        best = int(scores.argmax())
-        line = {
+        line: dict[str, object] = {
             "minutes": round(seconds / 60, 2),
             "steps": steps,
             "samples": samples,
             "loss": round(self.mean["loss"], 4),
-            "iou": round(float(scores[best]), 4),
-            "threshold": float(THRESHOLDS[best]),
         }
+        for cells in self.batches:
+            score, threshold, pictures = self.measure(learner, cells)
+            line[f"iou_{cells}"] = round(score, 4)
+            line[f"threshold_{cells}"] = round(threshold, 3)
+            self.writer.add_scalar(f"validation IoU {cells}", score, steps)
+            sheet = np.asarray(contact_sheet(pictures, PICTURES))
+            self.writer.add_image(f"truth and answer {cells}", sheet, steps, dataformats="HWC")
         with open(self.out / "curve.jsonl", "a") as file:
             file.write(json.dumps(line) + "\n")
-        self.writer.add_scalar("validation IoU", scores[best], steps)
-        self.draw(guesses, truths, float(THRESHOLDS[best]), steps)
-
-    def draw(
-        self, guesses: list[np.ndarray], truths: list[np.ndarray], threshold: float, steps: int
-    ) -> None:
-        """Write a picture: truths in the first row, answers in the second."""
-        assert self.writer is not None
-        fields = [np.clip(2 * (0.5 - t.astype(np.float32)), -1, 1) for t in truths[:PICTURES]]
-        fields += [np.clip(4 * (threshold - g), -1, 1) for g in guesses[:PICTURES]]
-        sheet = contact_sheet(
-            [draw_liquid(f, 256, width=1.1 * self.cells) for f in fields], PICTURES
-        )
-        self.writer.add_image("truth and answer", np.asarray(sheet), steps, dataformats="HWC")
         self.writer.flush()
+
+    def measure(self, learner: Learner, cells: int) -> tuple[float, float, list[Image]]:
+        """Return the IoU at the best threshold, that threshold, and pictures.
+
+        Of the pictures, truths make the first row and answers the second.
+        """
+        if not self.batches[cells]:
+            self.batches[cells] = [held_out_batch(item, cells) for item in self.items]
+        scores: list[list[float]] = []
+        guesses: list[np.ndarray] = []
+        truths: list[np.ndarray] = []
+        for batch in self.batches[cells]:
+            guess = learner.predict(batch)[0, 0].cpu().numpy()
+            truth = batch.distance[0].numpy() < 0
+            scores.append([iou(guess > t, truth) for t in THRESHOLDS])
+            if len(guesses) < PICTURES:
+                guesses.append(guess)
+                truths.append(batch.distance[0].numpy())
+        means = np.mean(scores, axis=0)
+        best = int(means.argmax())
+        # Occupancy is no distance; where it is steep, four times it is short of one.
+        fields = [*truths, *(np.clip(4 * (THRESHOLDS[best] - g), -1, 1) for g in guesses)]
+        pictures = [draw_liquid(f.astype(np.float32), PIXELS, width=1.1 * cells) for f in fields]
+        return float(means[best]), float(THRESHOLDS[best]), pictures
 
 
 def held_out_batch(item: Item, cells: int) -> Batch:

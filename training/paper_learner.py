@@ -51,6 +51,7 @@ class PaperLearner(Learner):
     ) -> None:
         torch.manual_seed(seed)
         self.config, self.precision, self.layout = config, precision, layout
+        self.grids = (config.cells,)
         self.device = torch.device(device)
         self.generator = PaperGenerator(config)
         self.move(self.generator)

@@ -31,18 +31,23 @@ class SplashConfig:
 
 
 class SplashLearner(Learner):
-    """The trained networks, their moving average (the one that is used) and the optimiser."""
+    """The trained networks, their moving average (the one that is used) and the optimiser.
+
+    cells : side of the draft's box; details are learned at twice the resolution.
+    """
 
     def __init__(
         self,
         config: SplashConfig,
         shape: NetworkConfig,
+        cells: int = 64,
         device: str = "cpu",
         precision: torch.dtype = torch.float32,
         seed: int = 0,
     ) -> None:
         torch.manual_seed(seed)
         self.config, self.device, self.precision = config, device, precision
+        self.grids = (cells, 2 * cells)
         self.network = SplashNetwork(shape).to(device, memory_format=torch.channels_last_3d)  # type: ignore[call-overload]
         self.average = copy.deepcopy(self.network).eval()
         self.optimiser = torch.optim.AdamW(
@@ -133,9 +138,12 @@ class SplashLearner(Learner):
     @torch.inference_mode()
     def predict(self, batch: Batch) -> Tensor:
         """Return the averaged networks' deterministic answer; see :class:`Learner`."""
-        batch = batch.to(self.device)
+        condition = batch.condition.to(self.device)
         with self.autocast():
-            output = self.average.draft(batch.condition, None, batch.obstacle).output.float()
+            if condition.shape[-1] == self.grids[0]:
+                output = self.average.draft(condition).output.float()
+            else:
+                output = self.average(condition).float()
         return torch.cat([torch.sigmoid(output[:, :1]), output[:, 2:]], dim=1)
 
     def state(self) -> dict[str, Any]:

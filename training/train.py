@@ -44,6 +44,7 @@ class TrainConfig:
     cells: int = 64  # side of the boxes; the details are learned at twice the resolution
     crop: int = 64  # side of the parts on which the details are learned
     obstacle: float = 0.5  # share of samples that are shown their obstacle
+    scenes: int = 0  # train on so many of the scenes only, if not 0
     warmup: int = 100  # steps
     decay: float = 0.3  # last share of the run, in which the learning rate falls to zero
     checkpoint: float = 4.0  # minutes between checkpoints
@@ -116,7 +117,7 @@ def train(
     lessons = Lessons(items, wish, config.seed)
     mine = config.batch // world
     batches = stream(lessons, mine, workers, run.steps * config.batch, rank, world)
-    monitor = Monitor(run.out, validation, config.cells, rank == 0)
+    monitor = Monitor(run.out, validation, run.learner.grids, rank == 0)
     bar = tqdm(total=1.0, initial=run.progress, bar_format=BAR, disable=rank > 0)
     before = saved = time.monotonic()
     while run.progress < 1:
@@ -140,6 +141,13 @@ def train(
     if rank == 0:
         run.save()
         monitor.look(run.learner, run.steps, run.steps * config.batch, run.seconds)
+
+
+def first_scenes(items: list[Item], count: int) -> list[Item]:
+    """Return the frames of the first ``count`` scenes; all if that is 0."""
+    scenes = sorted({item.scene for item in items})
+    chosen = set(scenes[: count or None])
+    return [item for item in items if item.scene in chosen]
 
 
 BAR = "{percentage:3.0f}%|{bar}| {elapsed}<{remaining} {postfix}"
@@ -199,7 +207,9 @@ def our_learner(
 ) -> tuple[Learner, dict[str, Any]]:
     """Return our model, and what checkpoints say of it."""
     options = read_options(args, SplashConfig)
-    learner = SplashLearner(options, NetworkConfig(), args.device, precision, config.seed)
+    learner = SplashLearner(
+        options, NetworkConfig(), config.cells, args.device, precision, config.seed
+    )
     if args.start_from:
         learner.start_from(load_generator(args.start_from, "CPU").network.state_dict())
     return learner, {"kind": "splash"}
@@ -221,7 +231,7 @@ def main() -> int:
     torch.set_flush_denormal(True)
     rank, world = parallel.start()
     try:
-        items = load_items(args.data, "train")
+        items = first_scenes(load_items(args.data, "train"), args.scenes)
         validation = load_items(args.data, "validation")
         train(make_run(args), items, validation, args.workers, rank, world)
     except (OSError, ValueError) as error:

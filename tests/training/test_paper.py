@@ -278,8 +278,8 @@ def test_a_run_is_loaded_for_use(tmp_path: Path):
     assert fields.grid == grid and fields.distance.dtype == np.float32
     other = loaded.generate(condition, grid, latent=np.ones(3, np.float32))
     assert not np.allclose(other.occupancy, fields.occupancy, atol=1e-5)
-    with pytest.raises(ValueError, match="multiple of 16"):
-        loaded.generate(condition[:, :8], grid)
+    with pytest.raises(ValueError, match=f"trained on {CELLS}"):
+        loaded.generate(np.zeros((4, 32, 32, 32), np.float32), Grid.local(32))
 
 
 def test_another_models_run_is_refused(tmp_path: Path):

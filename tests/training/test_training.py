@@ -39,7 +39,7 @@ def batches(toy_data: Path):
 
 def toy_learner(**changes) -> SplashLearner:
     """Return a small network's learner that has learned nothing yet."""
-    return SplashLearner(replace(IMLE, **changes), SHAPE)
+    return SplashLearner(replace(IMLE, **changes), SHAPE, cells=32)
 
 
 def toy_run(out: Path, **changes) -> Run:
@@ -158,7 +158,7 @@ config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
 items = load_items(Path(sys.argv[1]), "train")
 out = Path(sys.argv[2])
 out.mkdir(exist_ok=True)
-run = Run(config, SplashLearner(SplashConfig(imle_from=2.0), shape), out, {"kind": "splash"})
+run = Run(config, SplashLearner(SplashConfig(imle_from=2.0), shape, 32), out, {"kind": "splash"})
 train(run, items, items[:1], 0, rank, world)
 parallel.stop()
 """
@@ -204,7 +204,9 @@ def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
     run = toy_run(out, minutes=0.05)
     train(run, load_items(toy_data, "train"), load_items(toy_data, "validation"), workers=0)
     look = json.loads((out / "curve.jsonl").read_text().splitlines()[-1])
-    assert look["samples"] == 2 * run.steps and 0 <= look["iou"] <= 1
+    assert (
+        look["samples"] == 2 * run.steps and 0 <= look["iou_32"] <= 1 and 0 <= look["iou_64"] <= 1
+    )
     assert run.steps > 0 and run.progress == 1
     weights = tmp_path / "w.safetensors"
     assert run_command(export.main, out, "--data", toy_data, "--out", weights, "--most", 1) == 0
