@@ -13,6 +13,7 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from liquid_splash_addon.core.weights import load_generator
 from . import parallel
 from .dataset import Item, load_items
 from .learning import Learner
+from .losses import Batch
 from .monitor import Monitor
 from .paper import PaperConfig
 from .paper_learner import PaperLearner
@@ -106,17 +108,22 @@ class Run:
 
 
 def train(
-    run: Run, items: list[Item], validation: list[Item], workers: int = 1, rank: int = 0,
+    run: Run,
+    items: list[Item],
+    validation: list[Item],
+    workers: int = 1,
+    rank: int = 0,
     world: int = 1,
-) -> None:  # fmt: skip
-    """Train until the run's time is up; rank 0 shows, measures and saves."""
+    reload: Callable[[], list[Item]] | None = None,
+) -> None:
+    """Train until the run's time is up; rank 0 shows, measures and saves.
+
+    reload : looks at every checkpoint whether there are more frames by now.
+    """
     config = run.config
     if run.progress >= 1:
         return
-    wish = Wish(config.cells, config.crop, config.obstacle)
-    lessons = Lessons(items, wish, config.seed)
-    mine = config.batch // world
-    batches = stream(lessons, mine, workers, run.steps * config.batch, rank, world)
+    batches = batches_of(run, items, workers, rank, world)
     monitor = Monitor(run.out, validation, run.learner.grids, rank == 0)
     bar = tqdm(total=1.0, initial=run.progress, bar_format=BAR, disable=rank > 0)
     before = saved = time.monotonic()
@@ -135,12 +142,22 @@ def train(
         if now - saved > 60 * config.checkpoint and rank == 0:
             run.save()
             monitor.look(run.learner, run.steps, run.steps * config.batch, run.seconds)
+            if reload and len(found := reload()) > len(items):
+                items, batches = found, batches_of(run, found, workers, rank, world)
             before = saved = time.monotonic()  # a look is not training
     bar.close()
     run.learner.finish(batches)
     if rank == 0:
         run.save()
         monitor.look(run.learner, run.steps, run.steps * config.batch, run.seconds)
+
+
+def batches_of(run: Run, items: list[Item], workers: int, rank: int, world: int) -> Iterator[Batch]:
+    """Return the batches that a run has not seen yet."""
+    config = run.config
+    lessons = Lessons(items, Wish(config.cells, config.crop, config.obstacle), config.seed)
+    seen = run.steps * config.batch
+    return stream(lessons, config.batch // world, workers, seen, rank, world)
 
 
 def first_scenes(items: list[Item], count: int) -> list[Item]:
@@ -182,6 +199,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--precision", choices=["auto", *DTYPES], default="auto")
     parser.add_argument("--start-from", type=Path, help="weights file to begin with, not chance")
+    parser.add_argument("--grow", action="store_true", help="take up scenes that appear meanwhile")
     add_options(parser, TrainConfig)
     add_options(parser, SplashConfig)
     return parser.parse_args()
@@ -231,9 +249,16 @@ def main() -> int:
     torch.set_flush_denormal(True)
     rank, world = parallel.start()
     try:
-        items = first_scenes(load_items(args.data, "train"), args.scenes)
-        validation = load_items(args.data, "validation")
-        train(make_run(args), items, validation, args.workers, rank, world)
+        if args.grow and world > 1:
+            raise ValueError("--grow is for one process: several would not see the same scenes")
+
+        def reload() -> list[Item]:
+            return first_scenes(load_items(args.data, "train"), args.scenes)
+
+        train(
+            make_run(args), reload(), load_items(args.data, "validation"), args.workers,
+            rank, world, reload if args.grow else None,
+        )  # fmt: skip
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -17,6 +17,7 @@ from liquid_splash_addon.core.network import NetworkConfig  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
+from training import train as train_module  # noqa: E402
 from training.baselines import best_radius, stroke_distance  # noqa: E402
 from training.dataset import load_items  # noqa: E402
 from training.losses import Cells, sample_losses  # noqa: E402
@@ -90,6 +91,20 @@ def test_a_stopped_run_goes_on_exactly(toy_data: Path, tmp_path: Path):
         assert torch.allclose(state["network"][name], tensor, atol=1e-6), name
     for name, tensor in expected["average"].items():
         assert torch.allclose(state["average"][name], tensor, atol=1e-6), name
+
+
+def test_scenes_that_appear_meanwhile_are_taken_up(toy_data: Path, tmp_path: Path, monkeypatch):
+    items = load_items(toy_data, "train")
+    run = toy_run(tmp_path / "run", steps=3, checkpoint=0.0)
+    used = []
+
+    def noted(given, *rest):
+        used.append(len(given))
+        return Lessons(given, *rest)
+
+    monkeypatch.setattr(train_module, "Lessons", noted)
+    train(run, items[:1], items[:1], workers=0, reload=lambda: items)
+    assert used == [1, len(items)] and len(items) > 1 and run.steps == 3
 
 
 def test_a_run_of_another_model_is_not_gone_on_with(tmp_path: Path):
