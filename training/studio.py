@@ -25,6 +25,9 @@ FAR = 16 * LOCAL_SPACING
 """Metres from all strokes where hardly any liquid belongs: sixteen full cells."""
 
 
+SIZE = 0.275
+"""Real size of the sketches, metres: leaves room in the box for strokes that are added."""
+
 SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Shares of the default size that are tried in turn."""
 
@@ -35,12 +38,12 @@ class Studio:
     Attributes
     ----------
     generator : the weights on trial
-    settings : the add-on's defaults, but for the resolution and where it runs
+    settings : the add-on's defaults, but for the size, the resolution and where it runs
     """
 
     def __init__(self, generator: Generator, cells: int) -> None:
         self.generator = generator
-        self.settings = SplashSettings(resolution=str(cells), device="CPU")
+        self.settings = SplashSettings(real_size=SIZE, resolution=str(cells), device="CPU")
 
     def splash(
         self, drawings: Sequence[Drawing], frame: Frame | None = None, **changes: Any

@@ -22,7 +22,7 @@ class SplashSettings:
     """What a user chooses for one splash. Units are in each description."""
 
     real_size: float = setting(
-        0.275,
+        0.32,
         "Real Size (m)",
         "Longest side of the sketch in the real world, in metres (0: one unit is one metre). "
         "Larger splashes are made of thinner sheets",
