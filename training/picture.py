@@ -12,7 +12,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.fluid.streamlines import trilinear
-from liquid_splash_addon.core.meshing import LEVEL_BAND, surface_level
+from liquid_splash_addon.core.meshing import LEVEL_BAND, LEVEL_SPREAD, surface_level
 
 from .obstacles import NOTHING, Obstacle, world_distance
 
@@ -21,9 +21,6 @@ AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
 
 OVERSAMPLE = 2
 """Rays along each side of a pixel."""
-
-SMOOTHING = 1.0
-"""Width in cells of the Gaussian on a splash's level: about what meshing does to it."""
 
 INK = (214, 90, 30)
 """Colour of strokes."""
@@ -98,7 +95,9 @@ def safe_distance(fields: Fields) -> np.ndarray:
     Too small rather than too large: rays must not step over thin liquid.
     """
     level = np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
-    level = gaussian_filter(level, SMOOTHING, mode="nearest")
+    level = gaussian_filter(level, LEVEL_SPREAD, mode="nearest")
+    if (level > 0).all():
+        return np.full(level.shape, AIR, dtype=np.float32)
     away = distance_transform_edt(level > 0)
     return np.where(away > 2, np.minimum(away - 1, AIR), level / 2).astype(np.float32)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""training.simulate as a command: stopped, killed, out of space, on a Dask cluster."""
+"""Commands as processes: stopped, killed, out of space, on a cluster, several at once."""
 
 import json
 import os
@@ -169,3 +169,42 @@ def test_on_dask_every_scene_arrives_once_though_a_worker_is_killed(tmp_path: Pa
         for process in started:
             process.kill()
             process.communicate()
+
+
+def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
+    """With the same global batch, ``torchrun`` with two processes has the same losses."""
+    torch = pytest.importorskip("torch")
+    script = tmp_path / "toy.py"
+    script.write_text(TWO_PROCESSES)
+    curves = []
+    for processes in (1, 2):
+        out = tmp_path / f"by_{processes}"
+        torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
+        command = [*torchrun, f"--nproc-per-node={processes}", script, toy_data, out]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        curves.append(torch.load(out / "checkpoint.pt", weights_only=True)["learner"]["network"])
+    for name, tensor in curves[0].items():
+        assert torch.allclose(curves[1][name], tensor, atol=2e-5), name
+
+
+TWO_PROCESSES = """
+import sys
+from pathlib import Path
+from training import parallel
+from training.dataset import load_items
+from training.splash_learner import SplashConfig, SplashLearner
+from training.train import Run, TrainConfig, train
+from liquid_splash_addon.core.network import NetworkConfig
+
+rank, world = parallel.start()
+shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
+items = load_items(Path(sys.argv[1]), "train")
+out = Path(sys.argv[2])
+out.mkdir(exist_ok=True)
+run = Run(config, SplashLearner(SplashConfig(imle_from=2.0), shape, 32), out, {"kind": "splash"})
+train(run, items, items[:1], 0, rank, world)
+parallel.stop()
+"""

@@ -2,9 +2,6 @@
 """Training, evaluation and export at toy size."""
 
 import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -138,45 +135,6 @@ def test_parts_are_cut_where_they_begin():
     parts = cut(x, torch.tensor([[0, 1, 2], [3, 2, 1]]), 3)
     assert torch.equal(parts[0], x[0, :, 0:3, 1:4, 2:5])
     assert torch.equal(parts[1], x[1, :, 3:6, 2:5, 1:4])
-
-
-def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
-    """With the same global batch, ``torchrun`` with two processes has the same losses."""
-    root = Path(__file__).resolve().parents[2]
-    script = tmp_path / "toy.py"
-    script.write_text(TWO_PROCESSES)
-    curves = []
-    for processes in (1, 2):
-        out = tmp_path / f"by_{processes}"
-        torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
-        command = [*torchrun, f"--nproc-per-node={processes}", script, toy_data, out]
-        environment = {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        curves.append(torch.load(out / "checkpoint.pt", weights_only=True)["learner"]["network"])
-    for name, tensor in curves[0].items():
-        assert torch.allclose(curves[1][name], tensor, atol=2e-5), name
-
-
-TWO_PROCESSES = """
-import sys
-from pathlib import Path
-from training import parallel
-from training.dataset import load_items
-from training.splash_learner import SplashConfig, SplashLearner
-from training.train import Run, TrainConfig, train
-from liquid_splash_addon.core.network import NetworkConfig
-
-rank, world = parallel.start()
-shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
-config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
-items = load_items(Path(sys.argv[1]), "train")
-out = Path(sys.argv[2])
-out.mkdir(exist_ok=True)
-run = Run(config, SplashLearner(SplashConfig(imle_from=2.0), shape, 32), out, {"kind": "splash"})
-train(run, items, items[:1], 0, rank, world)
-parallel.stop()
-"""
 
 
 def test_metrics_of_known_shapes():
