@@ -109,6 +109,14 @@ def choose(items: Sequence[Item], most: int) -> list[Item]:
     return [items[i] for i in places]
 
 
+def scenes_digest(items: Sequence[Item]) -> hashlib._Hash:
+    """Return the SHA-256 of the names and contents of the scene files that the items come from."""
+    digest = hashlib.sha256()
+    for path in sorted({item.scene for item in items}):
+        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
+    return digest
+
+
 def augmented_frame(
     frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator
 ) -> LocalFrame:

@@ -7,7 +7,6 @@ python -m training.export RUN --data DATA
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import sys
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
 from liquid_splash_addon.core.weights import default_weights_path, save_weights
 
-from .dataset import Item, choose, held_out_sample, load_items
+from .dataset import Item, choose, held_out_sample, load_items, scenes_digest
 from .losses import VELOCITY_SCALE
 from .metrics import iou
 
@@ -54,14 +53,6 @@ def best_threshold(generator: Generator, items: Sequence[Item], cells: int) -> f
         probability = generator.generate(sample.condition, sample.grid).occupancy
         scores.append([iou(probability > t, sample.distance < 0) for t in THRESHOLDS])
     return float(THRESHOLDS[int(np.mean(scores, axis=0).argmax())])
-
-
-def data_hash(items: Sequence[Item]) -> str:
-    """Return a hash of the scene files that the items come from."""
-    digest = hashlib.sha256()
-    for path in sorted({item.scene for item in items}):
-        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()
 
 
 def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
@@ -106,7 +97,7 @@ def main() -> int:
             "out": ["logit", "distance", "velocity"],
         },
         "thresholds": {"draft": 0.5, "detail": 0.5},
-        "data_hash": data_hash(training),
+        "data_hash": scenes_digest(training).hexdigest(),
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
         "training": state["training"],

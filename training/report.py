@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .dataset import Item
+from .dataset import Item, scenes_digest
 from .metrics import average
 
 Figures = dict[str, dict[str, Any]]
@@ -117,9 +116,7 @@ def load_twins(path: Path, items: Sequence[Item]) -> dict[Item, float]:
 
 def frames_hash(items: Sequence[Item]) -> str:
     """Return a hash of the frames: their files' content and their numbers."""
-    digest = hashlib.sha256()
-    for path in sorted({item.scene for item in items}):
-        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
+    digest = scenes_digest(items)
     digest.update(json.dumps([(item.seed, item.number) for item in items]).encode())
     return digest.hexdigest()
 

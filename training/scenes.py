@@ -11,7 +11,7 @@ import numpy as np
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.sheets import SPACING
 
-from .obstacles import Obstacle
+from .obstacles import Obstacle, load_obstacle
 
 JITTER = 0.02
 """Largest displacement of a particle along each axis at the start, cells."""
@@ -103,9 +103,9 @@ class Scene:
         """Return the scene that :meth:`parameters` (and perhaps more) describes."""
         known = {field.name: parameters[field.name] for field in fields(cls)}
         arrays = ({k: _to_array(v) for k, v in s.items()} for s in parameters["streamlets"])
-        body = {k: _to_array(v) for k, v in parameters["obstacle"].items()}
-        parts = {"streamlets": tuple(Streamlet(**s) for s in arrays), "obstacle": Obstacle(**body)}
-        return cls(**{**known, **parts})
+        streamlets = tuple(Streamlet(**s) for s in arrays)
+        obstacle = load_obstacle(parameters["obstacle"])
+        return cls(**{**known, "streamlets": streamlets, "obstacle": obstacle})
 
     def shifted(self, by: np.ndarray) -> Scene:
         """Return the scene with everything in it moved by ``by`` ``(3,)`` metres."""

@@ -82,8 +82,8 @@ def make_splash(
             "These strokes give no liquid: lower Surface Threshold or change Real Size"
         )
     report("Done", 1.0)
-    warnings = outside_warnings(frame.strokes_to_local(strokes))
-    return Splash(mesh, fields, frame, warnings + speed_warnings(local, generator.fastest))
+    warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
+    return Splash(mesh, fields, frame, warnings)
 
 
 def prepare_frame(
