@@ -21,8 +21,8 @@ FAINT = 0.01
 """Probability of liquid under which a draft's cell needs no detail."""
 
 MARGIN = 6
-"""Draft cells around those that need detail in which it is worked out too: what it sees there
-changes less than 1 % of the occupied cells (docs/training.md)."""
+"""Draft cells around those that need detail in which it is worked out too. Against working out
+the whole box, no occupied cell of the bundled sketches' splashes changes."""
 
 MULTIPLE = {False: 16, True: 32}
 """Cells that a side must be a multiple of, for a draft and at full resolution."""
