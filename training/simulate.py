@@ -3,7 +3,8 @@
 
     python -m training.simulate --scenes 1000 --out DATA
 
-Scenes that are already in DATA are left alone, so a stopped run goes on where it was.
+Scenes that are already in DATA are left alone, so a stopped run goes on where it was. With
+``--split test`` only the scenes of that split are simulated: what an evaluation needs.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from tqdm import tqdm
 from liquid_splash_addon.core.alignment import fit_frame
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 
+from .dataset import SPLITS, split_of
 from .families import FAMILIES, random_scene
 from .frames import Frame, pack_scene, scene_path, write_whole
 from .scenes import Scene
@@ -116,7 +118,7 @@ def share_in_own_box(liquid: Liquid, spacing: float) -> float:
 def share_in_sketch_box(liquid: Liquid, scene: Scene, frame: Frame, stored_spacing: float) -> float:
     """Return the share of the emitted liquid in the local box of a sketch of the frame."""
     rng = np.random.default_rng(scene.seed)
-    lines = trace_frame(frame, stored_spacing, rng, skin=0.0)
+    lines = trace_frame(frame, stored_spacing, rng, plain=True)
     if len(lines) < FEWEST_LINES:
         return 0.0
     strokes = draw_strokes(lines, rng, (STROKES_IN_TESTS[1],) * 2, jitter=False)
@@ -138,7 +140,7 @@ def read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scenes", type=int, required=True, help="how many scenes in all")
+    parser.add_argument("--scenes", type=int, required=True, help="how many seeds, all splits")
     parser.add_argument("--out", type=Path, required=True, help="directory of the data set")
     parser.add_argument("--first", type=int, default=0, help="seed of the first scene")
     parser.add_argument(
@@ -147,6 +149,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument(
         "--store", type=int, help="cells along the local box in the frames (as simulated)"
     )
+    parser.add_argument("--split", choices=SPLITS, help="scenes of one split only")
     parser.add_argument("--family", choices=list(FAMILIES), help="scenes of one family only")
     parser.add_argument(
         "--workers", type=int, default=os.cpu_count() or 1, help="processes (one a core)"
@@ -178,7 +181,11 @@ def run_all(args: argparse.Namespace) -> int:
     """Simulate the scenes that are missing, with a progress bar."""
     for half_written in args.out.glob("scene_*.tmp"):
         half_written.unlink()
-    seeds = range(args.first, args.first + args.scenes)
+    seeds = [
+        seed
+        for seed in range(args.first, args.first + args.scenes)
+        if args.split in (None, split_of(seed))
+    ]
     missing = [seed for seed in seeds if not scene_path(args.out, seed).exists()]
     results = run_everywhere(
         simulate_scene,

@@ -19,8 +19,15 @@ SKIN = 1.0
 """Cells under the surface from which strokes go along it. What a user draws lies along the
 liquid, and a hand's velocity along its stroke; a plain streamline leaves a moving sheet."""
 
-LINE_LENGTH = (0.05, 0.4)
-"""Range of the length at which a streamline is cut, metres."""
+REACH = 0.4
+"""Metres that a streamline goes at most from its seed, each way: as a rule, all through the
+splash, as people draw."""
+
+PART = (0.05, 0.4)
+"""Range of that reach where strokes show parts of streamlines only, metres."""
+
+PARTLY = 0.3
+"""Share of the training sketches whose strokes are such parts."""
 
 THIN = 4
 """Every so many traced points one is kept: two cells apart."""
@@ -44,17 +51,22 @@ def trace_frame(
     spacing: float,
     rng: np.random.Generator,
     seeds: int = SEEDS,
-    skin: float = SKIN,
+    parts: bool = False,
+    plain: bool = False,
 ) -> list[np.ndarray]:
     """Return streamlines ``(m, 6)`` of a frame: metres from the box's corner, m/s.
 
-    skin : see ``streamlines.trace``; 0 for streamlines as they are.
+    parts : cut each at a random length; plain : such parts, each from its seed on, which leave
+    the liquid where the flow does, instead of going along the surface.
     """
     distance = frame.signed_distance
     points = seed_points(distance, seeds, rng)
-    lengths = rng.uniform(*LINE_LENGTH, len(points)) / spacing
+    reach = rng.uniform(*PART, len(points)) if parts or plain else np.full(len(points), REACH)
+    skin = 0.0 if plain else SKIN
     lines = []
-    for line in trace(distance, frame.block_velocity, points, lengths, skin):
+    for line in trace(
+        distance, frame.block_velocity, points, reach / spacing, skin, both_ways=not plain
+    ):
         thin = np.concatenate([line[:-1:THIN], line[-1:]])
         thin[:, :3] = (thin[:, :3] + frame.start) * spacing
         lines.append(thin.astype(np.float32))

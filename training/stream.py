@@ -22,9 +22,9 @@ from .dataset import Item, Sample, augmented_frame, sample_on
 from .frames import Frame
 from .losses import VELOCITY_SCALE, Batch, Cells
 from .obstacles import Obstacle
-from .sketching import STROKES_IN_TRAINING, draw_strokes, trace_frame
+from .sketching import PARTLY, STROKES_IN_TRAINING, draw_strokes, trace_frame
 
-SEEDS = 96
+SEEDS = 64
 """Streamlines traced for one use: enough to draw 20 strokes from, and quick."""
 
 DENSE, DENSE_SHARE = (21, 64), 0.1
@@ -87,7 +87,7 @@ def random_part(
 
 def draw_lesson(item: Item, stored: Frame, wish: Wish, rng: np.random.Generator) -> Lesson:
     """Return a random sample of a frame."""
-    lines = trace_frame(stored, item.spacing, rng, SEEDS)
+    lines = trace_frame(stored, item.spacing, rng, SEEDS, parts=rng.random() < PARTLY)
     counts = DENSE if rng.random() < DENSE_SHARE else STROKES_IN_TRAINING
     strokes = draw_strokes(lines, rng, counts, jitter=True)
     frame = augmented_frame(fit_frame(strokes), strokes, rng)

@@ -23,6 +23,9 @@ SHORTEST = 4.0
 LOOP = 1.0
 """A line ends when it comes this close to an earlier point of itself, cells."""
 
+BACK = np.array([1, 1, 1, -1, -1, -1])
+"""Turns the velocity of a point around, and leaves its position."""
+
 CLUSTER_POINTS = 16
 """Points along each line for the Hausdorff distance."""
 
@@ -47,8 +50,9 @@ def trace(
     seeds: np.ndarray,
     lengths: np.ndarray,
     skin: float = 0.0,
+    both_ways: bool = False,
 ) -> list[np.ndarray]:
-    """Return the streamlines from ``seeds`` by RK4 in arc length (eq. 1).
+    """Return the streamlines from ``seeds`` by RK4 in arc length (eq. 1), in flow direction.
 
     A line ends at its length, on leaving the liquid or the arrays, where the flow rests, or on
     coming back to itself; lines under SHORTEST are dropped.
@@ -56,19 +60,31 @@ def trace(
     skin : depth under the surface, cells, from which a line is turned to go along the surface:
     it then follows the flow less a growing share of its part outwards, and so does the velocity
     in its points. A sheet moves across itself, and plain streamlines soon leave it.
+    both_ways : trace against the flow as well, so that a line passes through its seed; else it
+    begins there.
 
     distance : float32 ``(X, Y, Z)`` cells; velocity : float32 ``(X', Y', Z', 3)`` on cells
-    ``X / X'`` times as large; seeds ``(n, 3)`` cells; lengths ``(n,)`` cells.
+    ``X / X'`` times as large; seeds ``(n, 3)`` cells; lengths ``(n,)`` cells, each way.
     Each result is ``(m, 6)``: position in cells, velocity in the unit of ``velocity``.
     """
-    coarse = distance.shape[0] // velocity.shape[0]
+    shrink = velocity.shape[0] / distance.shape[0]
+    against = -velocity if both_ways else None
     lines = []
     room = np.empty((int(lengths.max() / STEP) + 2 if len(lengths) else 0, 6))
     for seed, length in zip(seeds, lengths, strict=True):
-        points = _trace(distance, velocity, 1.0 / coarse, skin, seed, length, room)
-        if (points - 1) * STEP >= SHORTEST:
-            lines.append(room[:points].astype(np.float32))
+        line = room[: _trace(distance, velocity, shrink, skin, seed, length, room)].copy()
+        if against is not None and not _closed(line):
+            before = room[1 : _trace(distance, against, shrink, skin, seed, length, room)]
+            line = np.concatenate([before[::-1] * BACK, line])
+        if (len(line) - 1) * STEP >= SHORTEST:
+            lines.append(line.astype(np.float32))
     return lines
+
+
+def _closed(line: np.ndarray) -> bool:
+    """Whether the line came back to its beginning: the way against the flow is the same then."""
+    gap = np.linalg.norm(line[-1, :3] - line[0, :3])
+    return len(line) * STEP > SHORTEST and gap <= LOOP + STEP
 
 
 @njit(cache=True)

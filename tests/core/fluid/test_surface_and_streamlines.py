@@ -103,6 +103,25 @@ def test_a_line_ends_at_its_length_and_on_leaving_the_liquid():
     assert trace(distance, up, np.array([[24.0, 16.0, 19.0]]), np.array([100.0])) == []
 
 
+def test_a_line_traced_both_ways_passes_through_its_seed_in_flow_direction():
+    distance, velocity = ring_flow()
+    seed = np.array([[24.0, 16.0, 16.0]])
+    (line,) = trace(distance, velocity, seed, np.array([10.0]), both_ways=True)
+    assert (len(line) - 1) * 0.5 == pytest.approx(20.0, abs=1.0)
+    middle = line[len(line) // 2]
+    assert np.abs(middle[:3] - seed[0]).max() < 0.6
+    steps = np.diff(line[:, :3], axis=0)
+    assert (np.linalg.norm(steps, axis=1) < 0.6).all()
+    assert ((steps * line[:-1, 3:]).sum(axis=1) > 0).all()
+
+
+def test_a_ring_traced_both_ways_is_drawn_once():
+    distance, velocity = ring_flow()
+    seed = np.array([[24.0, 16.0, 16.0]])
+    (line,) = trace(distance, velocity, seed, np.array([200.0]), both_ways=True)
+    assert len(line) * 0.5 == pytest.approx(2 * np.pi * 8, abs=2.5)
+
+
 def test_seeds_lie_in_the_liquid_evenly():
     distance, _ = ring_flow()
     seeds = seed_points(distance, 400, np.random.default_rng(0))
