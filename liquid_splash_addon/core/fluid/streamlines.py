@@ -73,7 +73,7 @@ def trace(
     room = np.empty((int(lengths.max() / STEP) + 2 if len(lengths) else 0, 6))
     for seed, length in zip(seeds, lengths, strict=True):
         line = room[: _trace(distance, velocity, shrink, skin, seed, length, room)].copy()
-        if against is not None and not _closed(line):
+        if against is not None and len(line) and not _closed(line):
             before = room[1 : _trace(distance, against, shrink, skin, seed, length, room)]
             line = np.concatenate([before[::-1] * BACK, line])
         if (len(line) - 1) * STEP >= SHORTEST:
