@@ -41,6 +41,19 @@ class Fields:
         """The paper's scalar field (eq. 4): 1 in the liquid, 0 in the air, 0.5 at the surface."""
         return np.asarray(np.clip(0.5 - self.distance / PHI_CELLS, 0.0, 1.0))
 
+    def rounded(self) -> Fields:
+        """Return the fields as they come back from :meth:`to_bytes`.
+
+        What is made of these now can be made again, exactly, from a saved file.
+        """
+        near = self.distance < AIR
+        occupancy = np.round(self.occupancy * 255).astype(np.uint8).astype(np.float32) / 255
+        distance = np.where(near, self.distance.astype(np.float16), np.float16(AIR))
+        velocity = np.where(near, self.velocity.astype(np.float16), np.float16(0))
+        return Fields(
+            occupancy, distance.astype(np.float32), velocity.astype(np.float32), self.grid
+        )
+
     def to_bytes(self) -> bytes:
         """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.
 

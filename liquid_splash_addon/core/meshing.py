@@ -4,10 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .fields import Fields
+from .grid import Grid
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 TAUBIN = (0.5, -0.53)
 """Taubin's lambda and mu: the pass band ends at 1 / 0.5 - 1 / 0.53, about 0.11."""
@@ -36,6 +41,20 @@ class Mesh:
     faces: np.ndarray
     velocities: np.ndarray
 
+    @classmethod
+    def empty(cls) -> Mesh:
+        """Return a mesh without faces."""
+        nothing = np.zeros((0, 3), dtype=np.float32)
+        return cls(nothing, np.zeros((0, 3), dtype=np.int32), nothing)
+
+    def joined(self, other: Mesh) -> Mesh:
+        """Return both meshes as one."""
+        return Mesh(
+            np.concatenate([self.vertices, other.vertices]),
+            np.concatenate([self.faces, other.faces + np.int32(len(self.vertices))]),
+            np.concatenate([self.velocities, other.velocities]),
+        )
+
 
 def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
     """Return the surface of the liquid in local metres, by marching cubes (Lewiner).
@@ -44,22 +63,28 @@ def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
     padded by a cell of air first, so that the mesh is closed where liquid meets the box. A
     splash with no liquid gives an empty mesh.
     """
+    return level_surface(surface_level(fields, threshold), fields.velocity, fields.grid)
+
+
+def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
+    """Return the zero of ``level`` ``(X, Y, Z)``, see :func:`surface_level`, in metres.
+
+    velocity : ``(3, X, Y, Z)``, m/s.
+    """
     from scipy.ndimage import gaussian_filter
     from skimage.measure import marching_cubes
 
-    level = surface_level(fields, threshold)
     bounded = np.pad(np.clip(level, -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
     padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
     padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
     if padded.min() >= 0:
-        nothing = np.zeros((0, 3), dtype=np.float32)
-        return Mesh(nothing, np.zeros((0, 3), dtype=np.int32), nothing)
+        return Mesh.empty()
     # marching_cubes puts vertex coordinates at array indices: cell centres, one cell padded on.
     # "descent" because the liquid lies below the level: normals then point outward.
     vertices, faces, _, _ = marching_cubes(padded, 0.0, gradient_direction="descent")
     cells = smooth(vertices, faces) - 0.5
-    velocities = sample_field(fields.velocity, cells)
-    points = fields.grid.to_metres(cells).astype(np.float32)
+    velocities = sample_field(velocity, cells)
+    points = grid.to_metres(cells).astype(np.float32)
     return Mesh(points, faces.astype(np.int32), velocities)
 
 
@@ -71,18 +96,22 @@ def smooth(
     Each iteration moves vertices towards their neighbours' mean and then a little further
     back: steps of a cell vanish while volume, and so thin sheets and small drops, stay.
     """
-    from scipy.sparse import coo_matrix, diags
-
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    count = len(vertices)
-    # Every edge of a closed mesh is met once in each direction.
-    links = coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()
-    mean = diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
+    mean = neighbour_mean(faces, len(vertices))
     moved = vertices.astype(np.float64)
     for _ in range(iterations):
         for factor in TAUBIN:
             moved = moved + factor * (mean @ moved - moved)
     return moved
+
+
+def neighbour_mean(faces: np.ndarray, count: int) -> csr_matrix:
+    """Return the matrix that gives each vertex the mean of its neighbours, ``(count, count)``."""
+    from scipy.sparse import coo_matrix, diags
+
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    # Every edge of a closed mesh is met once in each direction.
+    links = coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()
+    return diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
 
 
 def surface_level(fields: Fields, threshold: float) -> np.ndarray:

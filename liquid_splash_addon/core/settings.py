@@ -12,13 +12,23 @@ LATENT_SEED_MAX = 2**31 - 1
 def setting(default: Any, label: str, description: str, **limits: Any) -> Any:
     """Return a dataclass field that also carries what an interface shows.
 
-    limits : ``low`` and ``high``, or ``items`` of (identifier, label, description).
+    limits : ``low`` and ``high``, or ``items`` of (identifier, label, description); ``soft``, the
+    end of a slider where that is below ``high``.
     """
     return field(default=default, metadata={"label": label, "description": description, **limits})
 
 
 @dataclass(frozen=True)
-class SplashSettings:
+class Settings:
+    """A list of parameters; ValueError where one is outside its limits."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            check_setting(item.name, getattr(self, item.name), item.metadata)
+
+
+@dataclass(frozen=True)
+class SplashSettings(Settings):
     """What a user chooses for one splash. Units are in each description."""
 
     real_size: float = setting(
@@ -91,10 +101,6 @@ class SplashSettings:
             ("MPS", "Metal", "An Apple GPU"),
         ),
     )
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            check_setting(item.name, getattr(self, item.name), item.metadata)
 
     @property
     def cells(self) -> int:

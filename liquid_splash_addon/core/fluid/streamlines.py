@@ -84,7 +84,7 @@ def trace(
 def _closed(line: np.ndarray) -> bool:
     """Whether the line came back to its beginning: the way against the flow is the same then."""
     gap = np.linalg.norm(line[-1, :3] - line[0, :3])
-    return len(line) * STEP > SHORTEST and gap <= LOOP + STEP
+    return bool(len(line) * STEP > SHORTEST and gap <= LOOP + STEP)
 
 
 @njit(cache=True)

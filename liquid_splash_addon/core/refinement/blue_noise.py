@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blue-noise points in a ball by dart throwing (Cook 1986)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+
+APART = 0.75
+"""Least distance of two points over the edge of the cube that each stands for: darts still find
+room, and no two particles begin on top of each other."""
+
+PATTERNS = 8
+"""Different balls of each count; each use is turned at random."""
+
+
+@lru_cache(maxsize=512)
+def ball(count: int, pattern: int) -> np.ndarray:
+    """Return ``count`` points in the unit ball, float32 ``(count, 3)``; one of PATTERNS."""
+    points = np.empty((count, 3), dtype=np.float32)
+    spacing = (4 / 3 * np.pi / count) ** (1 / 3)
+    _throw(points, np.float32(APART * spacing), np.random.default_rng(pattern % PATTERNS))
+    return points
+
+
+@njit(cache=True)
+def _throw(points, apart, rng):
+    placed, missed = 0, 0
+    while placed < len(points):
+        x = rng.uniform(-1, 1)
+        y = rng.uniform(-1, 1)
+        z = rng.uniform(-1, 1)
+        if x * x + y * y + z * z > 1:
+            continue
+        free = True
+        for p in range(placed):
+            a, b, c = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+            if a * a + b * b + c * c < apart * apart:
+                free = False
+                break
+        if free:
+            points[placed, 0], points[placed, 1], points[placed, 2] = x, y, z
+            placed, missed = placed + 1, 0
+        else:
+            missed += 1
+            if missed > 20000:  # an unlucky beginning left no room: a little closer, then
+                apart *= 0.95
+                missed = 0
+
+
+def random_turn(rng: np.random.Generator) -> np.ndarray:
+    """Return a rotation ``(3, 3)``, all equally likely (Shoemake 1992)."""
+    w, x, y, z = (q := rng.normal(size=4)) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ],
+        dtype=np.float32,
+    )

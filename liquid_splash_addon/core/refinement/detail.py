@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What one step of refinement leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .drop_meshes import DropCloud
+from .level import Liquid
+
+
+@dataclass(frozen=True)
+class Detail:
+    """A splash after a step of refinement.
+
+    Attributes
+    ----------
+    liquid : the splash, with the drops that merged with it
+    gained : volume that the step added, cells^3, free drops included; negative if it took some
+    warnings : sentences for the user
+    cloud : drops that the step made and that fly free
+    """
+
+    liquid: Liquid
+    gained: float = 0.0
+    warnings: list[str] = field(default_factory=list)
+    cloud: DropCloud = field(default_factory=DropCloud.empty)

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drops that fly free: a point each, and round meshes for those that a grid can hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..fields import AIR
+from ..grid import Grid
+from ..meshing import Mesh, neighbour_mean
+from .particle_level import FINER, FineLevel, fill_atlas
+
+LEAST_RADIUS = 0.6
+"""Cells: smaller drops have no mesh."""
+
+SMOOTHING = 8
+"""Steps against the staircase and the particles' bumps."""
+
+ROUNDED = 1.6
+"""Radius in cells up to which cohesion 1 makes a drop a ball. Larger ones, which swing for longer
+than they have flown, keep more of their shape."""
+
+
+@dataclass(frozen=True)
+class DropCloud:
+    """Drops that fly free of a splash, in its grid's frame.
+
+    Attributes
+    ----------
+    positions : float32 ``(n, 3)``, metres
+    velocities : float32 ``(n, 3)``, m/s
+    radii : float32 ``(n,)``, metres, of balls of the same volume
+    meshed : bool ``(n,)``, which of them are in ``mesh``
+    mesh : their surfaces, metres
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+    meshed: np.ndarray
+    mesh: Mesh
+
+    @classmethod
+    def empty(cls) -> DropCloud:
+        """Return no drops."""
+        none = np.zeros((0, 3), dtype=np.float32)
+        return cls(none, none, none[:, 0], np.zeros(0, dtype=bool), Mesh.empty())
+
+    @property
+    def volume(self) -> float:
+        """Volume of all drops, cubic metres."""
+        return float(4 / 3 * np.pi * (self.radii.astype(np.float64) ** 3).sum())
+
+    def joined(self, other: DropCloud) -> DropCloud:
+        """Return the drops of both."""
+        return DropCloud(
+            np.concatenate([self.positions, other.positions]),
+            np.concatenate([self.velocities, other.velocities]),
+            np.concatenate([self.radii, other.radii]),
+            np.concatenate([self.meshed, other.meshed]),
+            self.mesh.joined(other.mesh),
+        )
+
+
+def drop_cloud(
+    fine: FineLevel, label: np.ndarray, merged: np.ndarray, grid: Grid, cohesion: float
+) -> DropCloud:
+    """Return the drops that are not ``merged``, bool ``(drops + 1,)``.
+
+    label : int32 ``(n,)``, the drop of each fine cell; grid : the splash's; cohesion : 0..1,
+    how far it has rounded them.
+    """
+    free = np.flatnonzero(~merged[:-1])
+    if not len(free):
+        return DropCloud.empty()
+    number = np.full(len(merged), -1)
+    number[free] = np.arange(len(free))
+    own = number[label]  # label -1 finds the last entry, -1
+    inside = own >= 0
+    drop = own[inside]
+    weight = np.clip(0.5 - fine.level[inside], 0, 1)
+    volume = np.maximum(np.bincount(drop, weight, len(free)), 1e-6)
+    places = fine.cells.coordinates[inside] + fine.start + 0.5
+    centre = means(places, drop, weight) / FINER
+    velocity = means(fine.velocity[inside], drop, weight)
+    radii = (0.75 / np.pi * volume) ** (1 / 3) / FINER
+    meshed = radii >= LEAST_RADIUS
+    mesh = mesh_drops(fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion)
+    return DropCloud(
+        grid.to_metres(centre).astype(np.float32),
+        (velocity * grid.spacing).astype(np.float32),
+        (radii * grid.spacing).astype(np.float32),
+        meshed,
+        mesh,
+    )
+
+
+def means(values: np.ndarray, group: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the weighted means of ``values`` ``(n, 3)`` of each group, ``(groups, 3)``."""
+    total = np.maximum(np.bincount(group, weight), 1e-9)
+    columns = [np.bincount(group, weight * values[:, axis]) / total for axis in range(3)]
+    return np.stack(columns, axis=1)
+
+
+def mesh_drops(
+    fine: FineLevel,
+    label: np.ndarray,
+    drops: np.ndarray,
+    grid: Grid,
+    velocity: np.ndarray,
+    cohesion: float,
+) -> Mesh:
+    """Return the surfaces of ``drops`` (numbers in ``label``), all found at once.
+
+    Their boxes of fine cells stand side by side in one array, air between them.
+
+    velocity : ``(k, 3)``, m/s, of each number; cohesion : see :func:`drop_cloud`.
+    """
+    from skimage.measure import marching_cubes
+
+    if not len(drops):
+        return Mesh.empty()
+    low, high = boxes(fine, label, drops)
+    sizes = high - low
+    offsets = np.concatenate([[0], sizes[:, 0].cumsum()])
+    atlas = np.full((offsets[-1], *sizes[:, 1:].max(axis=0)), AIR, dtype=np.float32)
+    place = np.full(label.max() + 2, -1, dtype=np.int32)
+    place[drops] = np.arange(len(drops))
+    table, leaves = fine.cells.table, fine.cells.leaves
+    fill_atlas(place[label], fine.level, table, leaves, low, sizes, offsets, atlas)
+    vertices, faces, _, _ = marching_cubes(atlas, 0.0, gradient_direction="descent")
+    drop = np.searchsorted(offsets, vertices[:, 0], side="right") - 1
+    moved = rounded(vertices.astype(np.float64), faces, drop, cohesion)
+    moved[:, 0] -= offsets[drop]
+    cells = (moved + low[drop] + fine.start + 0.5) / FINER
+    points = grid.to_metres(cells).astype(np.float32)
+    return Mesh(points, faces.astype(np.int32), velocity[drops[drop]].astype(np.float32))
+
+
+def boxes(fine: FineLevel, label: np.ndarray, drops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first cell, and that after the last, of each drop's box with air around it."""
+    wanted = np.isin(label, drops)
+    order = np.searchsorted(drops, label[wanted])
+    places = fine.cells.coordinates[wanted].astype(np.int64)
+    low = np.full((len(drops), 3), np.iinfo(np.int64).max)
+    high = np.zeros((len(drops), 3), dtype=np.int64)
+    np.minimum.at(low, order, places)
+    np.maximum.at(high, order, places + 1)
+    return low - 2, high + 2
+
+
+def rounded(
+    vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray, cohesion: float
+) -> np.ndarray:
+    """Return vertices ``(n, 3)`` (fine cells) of smoother, rounder drops of the old volume.
+
+    Each drop is stretched along its principal axes towards a ball: smoothing alone would draw a
+    flat or long one out into a thread. drop : ``(n,)``, the drop of each vertex, from 0 on.
+    """
+    mean = neighbour_mean(faces, len(vertices))
+    before = volumes(vertices, faces, drop)
+    moved = vertices
+    for _ in range(SMOOTHING):
+        moved = 0.5 * (moved + mean @ moved)
+    offsets = moved - means(moved, drop, np.ones(len(moved)))[drop]
+    centre = moved - offsets
+    products = (offsets[:, :, None] * offsets[:, None, :]).reshape(-1, 9)
+    spread = [np.bincount(drop, column) for column in products.T]
+    squares, axes = np.linalg.eigh(np.stack(spread, axis=1).reshape(-1, 3, 3))
+    radii = np.cbrt(0.75 / np.pi * np.maximum(before, 1e-9)) / FINER
+    share = cohesion * np.minimum(ROUNDED / radii, 1.0)
+    scale = np.maximum(squares, 1e-9) ** (-0.5 * share[:, None])
+    turned = np.einsum(
+        "nij,nj->ni", (axes * scale[:, None, :])[drop], np.einsum("nij,ni->nj", axes[drop], offsets)
+    )
+    after = volumes(turned, faces, drop)
+    growth = np.cbrt(np.maximum(before, 1e-9) / np.maximum(after, 1e-12))
+    return centre + growth[drop, None] * turned
+
+
+def volumes(vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray) -> np.ndarray:
+    """Return the volume within each drop's faces, ``(drops,)``, by the divergence theorem."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    sixth = (np.cross(a, b) * c).sum(axis=1) / 6
+    return np.bincount(drop[faces[:, 0]], sixth, drop.max() + 1)

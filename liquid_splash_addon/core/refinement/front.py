@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a splash would break: the points that eq. 4 of the paper chooses."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..fields import PHI_CELLS
+from .level import Liquid
+
+BAND = 0.4
+"""phi_band, Table 2: 1.6 cells."""
+
+FLOOR = 1e-3
+"""Least gradient of the distance, Laplacian and curvature that counts, cell units: their
+logarithms and quotients stay finite."""
+
+BLUR = 0.7
+"""Cells over which the distance is smoothed before its curvature is taken: a voxel is no edge."""
+
+
+def band_cells(liquid: Liquid, inside: bool) -> np.ndarray:
+    """Return the cells ``(n, 3)`` of the band of eq. 4, in the liquid or in the air beside it.
+
+    Cells at the grid's walls are left out: they have no differences.
+    """
+    depth = BAND * PHI_CELLS
+    level = liquid.distance
+    chosen = (level <= 0) & (level > -depth) if inside else (level > 0) & (level <= depth)
+    for axis in range(3):
+        chosen[(slice(None),) * axis + ([0, -1],)] = False
+    return np.argwhere(chosen)
+
+
+def break_measure(liquid: Liquid, cells: np.ndarray, alpha: float, beta: float) -> np.ndarray:
+    """Return the logarithm of eq. 4's left side at ``cells`` ``(n, 3)``, float32 ``(n,)``.
+
+    alpha log |Laplacian u| + beta log |mean curvature of phi|, both in cells; the factor that
+    units would bring is the same everywhere and goes into the threshold.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    smooth = gaussian_filter(liquid.distance, BLUR)
+    shaking = np.empty(len(cells), dtype=np.float32)
+    bend = np.empty(len(cells), dtype=np.float32)
+    _measure(smooth, liquid.velocity, cells, shaking, bend)
+    return np.asarray(
+        alpha * np.log(np.maximum(shaking, FLOOR)) + beta * np.log(np.maximum(bend, FLOOR))
+    )
+
+
+@njit(cache=True)
+def _measure(distance, velocity, cells, shaking, bend):
+    d = np.empty((3, 3, 3), dtype=np.float32)
+    for n in range(len(cells)):
+        i, j, k = cells[n, 0], cells[n, 1], cells[n, 2]
+        square = 0.0
+        for a in range(3):
+            u = velocity[a]
+            around = u[i - 1, j, k] + u[i + 1, j, k] + u[i, j - 1, k]
+            around += u[i, j + 1, k] + u[i, j, k - 1] + u[i, j, k + 1]
+            square += (around - 6 * u[i, j, k]) ** 2
+        shaking[n] = np.sqrt(square)
+        d[:] = distance[i - 1 : i + 2, j - 1 : j + 2, k - 1 : k + 2]
+        bend[n] = abs(_curvature(d))
+
+
+@njit(cache=True)
+def _curvature(d):
+    """Return div(grad d / |grad d|) in the middle of 3^3 cells."""
+    x = 0.5 * (d[2, 1, 1] - d[0, 1, 1])
+    y = 0.5 * (d[1, 2, 1] - d[1, 0, 1])
+    z = 0.5 * (d[1, 1, 2] - d[1, 1, 0])
+    here = 2 * d[1, 1, 1]
+    xx = d[2, 1, 1] - here + d[0, 1, 1]
+    yy = d[1, 2, 1] - here + d[1, 0, 1]
+    zz = d[1, 1, 2] - here + d[1, 1, 0]
+    xy = 0.25 * (d[2, 2, 1] - d[2, 0, 1] - d[0, 2, 1] + d[0, 0, 1])
+    xz = 0.25 * (d[2, 1, 2] - d[2, 1, 0] - d[0, 1, 2] + d[0, 1, 0])
+    yz = 0.25 * (d[1, 2, 2] - d[1, 2, 0] - d[1, 0, 2] + d[1, 0, 0])
+    top = xx * (y * y + z * z) + yy * (x * x + z * z) + zz * (x * x + y * y)
+    top -= 2 * (x * y * xy + x * z * xz + y * z * yz)
+    slope = max(np.sqrt(x * x + y * y + z * z), 0.1)
+    return top / slope**3
+
+
+def choose(
+    cells: np.ndarray, measure: np.ndarray, amount: float, apart: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Return stratified random points ``(m, 3)``, cells, among those of the greatest measure.
+
+    gamma is the measure that the share ``amount`` of the cells exceeds. One point is drawn in
+    each stratum, a cube of edge ``apart`` cells, that holds such cells.
+    """
+    count = round(amount * len(cells))
+    if count == 0:
+        return np.zeros((0, 3), dtype=np.float32)
+    highest = np.argpartition(measure, len(cells) - count)[len(cells) - count :]
+    mixed = rng.permutation(highest)
+    strata = np.floor(cells[mixed] / apart).astype(np.int64)
+    _, first = np.unique(strata @ np.array([1 << 40, 1 << 20, 1]), return_index=True)
+    points = cells[mixed[np.sort(first)]]
+    return np.asarray(points + rng.random(points.shape), dtype=np.float32)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pairs of particles near each other, by a counting sort into cells."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+SUPPORT = 2.0
+"""Reach of the kernels over the particles' spacing: about 33 neighbours."""
+
+SLACK = 1.1
+"""Pairs are found up to this many times the kernels' reach, so that a list outlives small moves."""
+
+USUAL = 32
+"""Pairs of a particle that room is made for at first."""
+
+MOST_CELLS = 1 << 23
+"""Cells of the search grid; they are made larger where the particles are far apart."""
+
+
+def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the particles of every near pair, int32 ``(pairs,)`` twice.
+
+    Each pair is named once. positions : float32 ``(n, 3)``; spacing : float32 ``(n,)``.
+    """
+    if len(positions) < 2:
+        nothing = np.zeros(0, dtype=np.int32)
+        return nothing, nothing
+    low = positions.min(axis=0)
+    extent = positions.max(axis=0) - low
+    size = float(SUPPORT * SLACK * spacing.max())
+    while np.prod(extent.astype(np.float64) / size + 1) > MOST_CELLS:
+        size *= 1.5
+    shape = (extent / size).astype(np.int64) + 1
+    order, starts = _sort(positions, low, np.float32(size), shape)
+    room = USUAL * len(positions)
+    while True:
+        first, second = np.empty((2, room), dtype=np.int32)
+        count = _pairs(
+            positions, spacing, low, np.float32(size), shape, order, starts, first, second
+        )
+        if count <= room:
+            return first[:count], second[:count]
+        room = count
+
+
+@njit(cache=True)
+def _sort(positions, low, size, shape):
+    home = np.empty(len(positions), dtype=np.int64)
+    starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)
+    for p in range(len(positions)):
+        i = int((positions[p, 0] - low[0]) / size)
+        j = int((positions[p, 1] - low[1]) / size)
+        k = int((positions[p, 2] - low[2]) / size)
+        home[p] = (i * shape[1] + j) * shape[2] + k
+        starts[home[p] + 1] += 1
+    for c in range(len(starts) - 1):
+        starts[c + 1] += starts[c]
+    places = starts[:-1].copy()
+    order = np.empty(len(positions), dtype=np.int32)
+    for p in range(len(positions)):
+        order[places[home[p]]] = p
+        places[home[p]] += 1
+    return order, starts
+
+
+@njit(cache=True, fastmath=True)
+def _pairs(positions, spacing, low, size, shape, order, starts, first, second):
+    """Write the pairs while there is room for them; return how many there are."""
+    count = 0
+    for p in range(len(positions)):
+        i = int((positions[p, 0] - low[0]) / size)
+        j = int((positions[p, 1] - low[1]) / size)
+        k = int((positions[p, 2] - low[2]) / size)
+        for a in range(max(i - 1, 0), min(i + 2, shape[0])):
+            for b in range(max(j - 1, 0), min(j + 2, shape[1])):
+                row = (a * shape[1] + b) * shape[2]
+                begin = starts[row + max(k - 1, 0)]
+                end = starts[row + min(k + 2, shape[2])]
+                for place in range(begin, end):
+                    q = order[place]
+                    if q <= p:
+                        continue
+                    x = positions[p, 0] - positions[q, 0]
+                    y = positions[p, 1] - positions[q, 1]
+                    z = positions[p, 2] - positions[q, 2]
+                    reach = 0.5 * SUPPORT * SLACK * (spacing[p] + spacing[q])
+                    if x * x + y * y + z * z < reach * reach:
+                        if count < len(first):
+                            first[count] = p
+                            second[count] = q
+                        count += 1
+    return count

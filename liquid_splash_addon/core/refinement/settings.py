@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a user chooses for each kind of refinement. Needs none of the libraries that compute."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ..settings import Settings, setting
+
+STEP = 1 / 240
+"""Seconds of a step of the particles' simulation; four are made by default."""
+
+FEWEST, MOST = 100, 400
+"""Particles around a sample point (paper, 5.1): of the smallest and the largest drop."""
+
+SMALLEST, LARGEST = 0.75, 3.0
+"""Range of the radii that a grid can hold, cells; smaller drops are points of the cloud only."""
+
+PARTICLES, MOST_PARTICLES = 50_000, 400_000
+
+
+@dataclass(frozen=True)
+class RefinementSettings(Settings):
+    """The settings of one step of refinement."""
+
+    label: ClassVar[str]
+    about: ClassVar[str]
+
+
+@dataclass(frozen=True)
+class DropletSettings(RefinementSettings):
+    """What a user chooses for droplets."""
+
+    label: ClassVar[str] = "Droplets"
+    about: ClassVar[str] = "Drops that break off at the fronts"
+
+    amount: float = setting(
+        0.002,
+        "Amount",
+        "Share of the cells under the surface from which drops come: the most curved and most "
+        "turbulent ones",
+        low=0.0,
+        high=1.0,
+        soft=0.02,
+    )
+    size: float = setting(
+        1.3, "Size", "Mean radius of the drops in cells of the splash", low=0.3, high=3.0
+    )
+    spread: float = setting(
+        0.35, "Spread", "How much the sizes differ: 0 for drops of one size", low=0.0, high=1.0
+    )
+    flight: float = setting(
+        0.0167, "Flight (s)", "Seconds that the drops have flown: how far they are",
+        low=0.004, high=0.1,
+    )  # fmt: skip
+    cohesion: float = setting(
+        0.5, "Cohesion", "How much drops keep together: 0 for spray, 1 for round drops",
+        low=0.0, high=1.0,
+    )  # fmt: skip
+    turbulence: float = setting(
+        4.0, "Turbulence", "Weight of the turbulence of the flow (alpha)", low=2.0, high=8.0
+    )
+    curvature: float = setting(
+        4.0, "Curvature", "Weight of the curvature of the surface (beta)", low=2.0, high=8.0
+    )
+    particles: int = setting(
+        PARTICLES, "Most Particles", "Bound on time and memory: about 1 kB each",
+        low=FEWEST, high=MOST_PARTICLES,
+    )  # fmt: skip
+    seed: int = setting(0, "Seed", "Which of all possible drops", low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class RuptureSettings(RefinementSettings):
+    """What a user chooses for ruptures."""
+
+    label: ClassVar[str] = "Ruptures"
+    about: ClassVar[str] = "Air that has broken into the fronts"
+
+    amount: float = setting(
+        0.03, "Amount", "Share of the fronts from which air breaks in",
+        low=0.0, high=1.0, soft=0.2,
+    )  # fmt: skip
+    size: float = setting(
+        1.5, "Size", "Mean radius of the air in cells of the splash", low=0.75, high=3.0
+    )
+    spread: float = setting(
+        0.35, "Spread", "How much the sizes differ: 0 for one size", low=0.0, high=1.0
+    )
+    depth: float = setting(
+        0.0167, "Depth (s)", "Seconds that the air is followed back: how deep it cuts",
+        low=0.004, high=0.1,
+    )  # fmt: skip
+    seed: int = setting(0, "Seed", "Which of all possible ruptures", low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class WaveSettings(RefinementSettings):
+    """What a user chooses for capillary waves: the ranges are those of the paper's Table 2."""
+
+    label: ClassVar[str] = "Waves"
+    about: ClassVar[str] = "Capillary waves that run from the fronts"
+
+    amplitude: float = setting(
+        0.0012,
+        "Amplitude (m)",
+        "Height of the waves in metres where the surface is most curved: at rims and fronts",
+        low=0.0,
+        high=0.003,
+    )
+    frequency: float = setting(
+        8.0,
+        "Frequency (Hz)",
+        "Waves per second that leave the fronts. The wavelength is speed over frequency",
+        low=1.0,
+        high=10.0,
+    )
+    speed: float = setting(
+        0.15,
+        "Speed (m/s)",
+        "Speed at which waves travel over the surface. The wavelength is speed over frequency",
+        low=0.1,
+        high=1.0,
+    )
+    damping: float = setting(
+        0.9,
+        "Damping",
+        "Share of its motion that a wave keeps after 1/60 s: 1 never fades, less fades sooner",
+        low=0.5,
+        high=1.0,
+    )
+    reach: float = setting(
+        0.08,
+        "Reach (m)",
+        "Distance in metres that the waves travel from the fronts",
+        low=0.0,
+        high=0.4,
+    )
+
+    @property
+    def wavelength(self) -> float:
+        """Metres from crest to crest."""
+        return self.speed / self.frequency
+
+
+@dataclass(frozen=True)
+class CleanupSettings(RefinementSettings):
+    """What a user chooses for cleaning up."""
+
+    label: ClassVar[str] = "Clean Up"
+    about: ClassVar[str] = "Remove specks of liquid"
+
+    volume: float = setting(
+        30.0,
+        "Least Volume",
+        "Pieces of liquid smaller than this go, in cells of the splash",
+        low=1.0,
+        high=10_000.0,
+    )
+
+
+KINDS: dict[str, type[RefinementSettings]] = {
+    "DROPLETS": DropletSettings,
+    "RUPTURES": RuptureSettings,
+    "WAVES": WaveSettings,
+    "CLEANUP": CleanupSettings,
+}
+"""All kinds of refinement by identifier."""

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Capillary waves on the finished mesh (paper, 5.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from ..meshing import Mesh
+from .geometry import enclosed, face_areas, vertex_normals
+from .laplacian import Laplacian, laplacian, mean_curvature, pieces
+from .remeshing import isotropic
+from .room import room
+from .settings import WaveSettings
+
+FRAME = 1 / 60
+"""Seconds in which the paper's damping coefficient acts once."""
+
+EDGES_PER_WAVE = 6
+"""Edges that a wavelength needs at least."""
+
+MOST_TRIANGLES = 250_000
+"""Triangles that finer edges than a cell may lead to."""
+
+MOST_STEPS = 400
+"""Steps of one propagation."""
+
+BLUR = 1.0
+"""Width of the Gaussian by which curvature is smoothed, cells."""
+
+CLAMP = 0.5
+"""Largest mean curvature that counts, 1 / cells: a rim two cells thick has it."""
+
+QUIET = 0.15
+"""Share of the clamp below which curvature makes no waves: they come from fronts, and not from
+every unevenness of a sheet."""
+
+ROOM = 3.0
+"""Distance, in cells, within which the surface's other parts limit the waves."""
+
+ROOM_SHARE = 0.45
+"""Share of the room that waves may take: below half, a sheet stays apart from itself even where
+both sides move, and a fold keeps its orientation."""
+
+STEP_SHARE = 0.98
+"""Share of the largest stable time step that is taken."""
+
+
+@dataclass(frozen=True)
+class WaveMesh:
+    """A mesh ready for waves; it depends on the edge alone, not on the other settings.
+
+    Attributes
+    ----------
+    mesh : even triangles, local metres
+    edge : their target length, metres
+    spacing : the grid's cell, metres
+    operator : the mesh's Laplacian
+    normals : float32 ``(n, 3)``, unit, outward
+    curvature : float32 ``(n,)``, smoothed mean curvature over its clamp, -1..1, less QUIET
+    inward, outward : float32 ``(n,)``, how far waves may move a vertex, metres
+    piece : int32 ``(n,)``, number of the connected piece
+    areas : float64 ``(n,)``, a third of the faces around, squared metres
+    """
+
+    mesh: Mesh
+    edge: float
+    spacing: float
+    operator: Laplacian
+    normals: np.ndarray
+    curvature: np.ndarray
+    inward: np.ndarray
+    outward: np.ndarray
+    piece: np.ndarray
+    areas: np.ndarray
+
+
+@dataclass(frozen=True)
+class WaveReport:
+    """What became of the settings.
+
+    Attributes
+    ----------
+    wavelength, reach : metres, as they were made
+    steps : of the propagation
+    volume_change : share of the volume that the waves added
+    warnings : sentences for the user
+    """
+
+    wavelength: float
+    reach: float
+    steps: int
+    volume_change: float
+    warnings: list[str] = field(default_factory=list)
+
+
+def add_waves(mesh: Mesh, settings: WaveSettings, spacing: float) -> tuple[Mesh, WaveReport]:
+    """Return ``mesh`` (closed, local metres) with waves, on even triangles, and a report.
+
+    spacing : the grid's cell, metres. Raises NotClosedError.
+    """
+    return propagate(prepare(mesh, wave_edge(mesh, settings, spacing), spacing), settings)
+
+
+def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
+    """Return the edge length (m) that the settings ask for: a cell, or a sixth of a wavelength.
+
+    It goes down in steps of sqrt(2), so that most changes of a slider need no new mesh, and
+    never so far that there are more than MOST_TRIANGLES. A :class:`WaveMesh` of this edge can
+    be kept.
+    """
+    edge, wanted = spacing, settings.wavelength / EDGES_PER_WAVE
+    area = float(face_areas(mesh.vertices, mesh.faces).sum())
+    while edge > 1.001 * wanted and area / (np.sqrt(3) / 4 * edge**2 / 2) < MOST_TRIANGLES:
+        edge /= np.sqrt(2)
+    return float(edge)
+
+
+def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
+    """Return ``mesh`` remeshed to ``edge`` (m) with all that does not depend on the sliders.
+
+    spacing : the grid's cell, metres. Raises NotClosedError.
+    """
+    remeshed = isotropic(mesh.vertices, mesh.faces, edge)
+    even = Mesh(
+        remeshed.vertices.astype(np.float32), remeshed.faces, remeshed.carry(mesh.velocities)
+    )
+    operator = laplacian(remeshed.vertices, even.faces, edge)
+    normals = vertex_normals(remeshed.vertices, even.faces)
+    curvature = mean_curvature(operator, remeshed.vertices, normals)
+    curvature = operator.diffuse(curvature, BLUR * spacing) * (spacing / CLAMP)
+    # Of the old mesh, whose vertices are never more than a cell apart nor many.
+    old_normals = vertex_normals(mesh.vertices, mesh.faces)
+    sides = room(mesh.vertices, old_normals, ROOM * spacing)
+    inward, outward = (
+        operator.diffuse(ROOM_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
+    )
+    areas = np.bincount(
+        even.faces.reshape(-1),
+        np.repeat(face_areas(even.vertices, even.faces) / 3, 3),
+        len(even.vertices),
+    )
+    return WaveMesh(
+        even, edge, spacing, operator, normals, _seed(curvature),
+        inward, outward, pieces(operator), areas,
+    )  # fmt: skip
+
+
+def _seed(curvature: np.ndarray) -> np.ndarray:
+    loud = np.clip((np.abs(curvature) - QUIET) / (1 - QUIET), 0, 1)
+    return np.asarray(np.copysign(loud, curvature), dtype=np.float32)
+
+
+def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveReport]:
+    """Return the mesh with its vertices moved along their normals by the waves, and a report.
+
+    No piece gains or loses volume by what its curvature has in common: a drop would only
+    breathe. Sheets are not pierced (ROOM_SHARE). Topology and velocities stay.
+    """
+    mesh = prepared.mesh
+    wavelength = max(settings.wavelength, EDGES_PER_WAVE * prepared.edge / 1.001)
+    step, steps, kept = time_steps(prepared, settings)
+    reach = settings.speed * step * steps
+    if not len(mesh.vertices):
+        return mesh, WaveReport(wavelength, reach, 0, 0.0)
+    drive = np.sin(2 * np.pi * settings.speed / wavelength * step * np.arange(steps + 1))
+    intensity = _intensity(prepared, settings.speed, np.diff(drive), step, kept)
+    moved = _within_room(prepared, settings.amplitude * intensity)
+    vertices = (mesh.vertices + moved[:, None] * prepared.normals).astype(np.float32)
+    volume, before = enclosed(vertices, mesh.faces), enclosed(mesh.vertices, mesh.faces)
+    report = WaveReport(
+        wavelength, reach, steps, volume / max(before, 1e-30) - 1,
+        _warnings(settings, wavelength, reach),
+    )  # fmt: skip
+    return Mesh(vertices, mesh.faces, mesh.velocities), report
+
+
+def time_steps(prepared: WaveMesh, settings: WaveSettings) -> tuple[float, int, float]:
+    """Return the length (s) and number of steps for the waves' reach, and the damping of one.
+
+    Eq. 7 is stable while (c dt)^2 times the largest eigenvalue is below 2 (1 + zeta), zeta
+    being that of one step: a shorter step only makes it larger.
+    """
+    longest = 2 / (settings.speed * np.sqrt(max(prepared.operator.bound, 1e-12)))
+    least = settings.damping ** (longest / FRAME)
+    longest *= STEP_SHARE * np.sqrt((1 + least) / 2)
+    duration = settings.reach / settings.speed
+    steps = min(int(np.ceil(duration / longest)), MOST_STEPS)
+    step = min(longest, duration / max(steps, 1))
+    return float(step), steps, float(settings.damping ** (step / FRAME))
+
+
+def _intensity(
+    prepared: WaveMesh, speed: float, drive: np.ndarray, step: float, kept: float
+) -> np.ndarray:
+    """Return the waves' intensity, float32 ``(n,)``, 1 being that of the most curved places.
+
+    A piece's mean and its waves do not act on each other, so taking the mean off at the end is
+    the same as taking it off the curvature.
+    """
+    operator = prepared.operator
+    rho = np.zeros(len(prepared.curvature), dtype=np.float32)
+    leapfrog(
+        rho, np.zeros_like(rho), operator.first, operator.near, operator.rows,
+        prepared.curvature, drive.astype(np.float32), step, speed, kept,
+    )  # fmt: skip
+    share = np.bincount(prepared.piece, prepared.areas)
+    mean = np.bincount(prepared.piece, prepared.areas * rho) / np.maximum(share, 1e-30)
+    return np.asarray(rho - mean[prepared.piece], dtype=np.float32)
+
+
+@njit(cache=True, fastmath=True)
+def leapfrog(rho, rate, first, near, rows, curvature, drive, step, speed, kept):
+    """Advance intensity ``rho`` and its ``rate`` by eqs. 5 and 7, one step for each of ``drive``.
+
+    drive : sin(omega t + omega dt) - sin(omega t); kept : zeta of one step.
+    """
+    step, kept = np.float32(step), np.float32(kept)
+    pull = np.float32(step * speed * speed)
+    for push in drive:
+        for v in range(len(rho)):
+            rho[v] += curvature[v] * push + step * rate[v]
+        for v in range(len(rho)):
+            total = np.float32(0)
+            here = rho[v]
+            for e in range(first[v], first[v + 1]):
+                total += rows[e] * (rho[near[e]] - here)
+            rate[v] = kept * rate[v] + pull * total
+
+
+def _within_room(prepared: WaveMesh, wanted: np.ndarray) -> np.ndarray:
+    """Return movements (m) that stay below the room, close to those wanted where there is room."""
+    limit = np.maximum(np.where(wanted > 0, prepared.outward, prepared.inward), 1e-9)
+    return np.asarray(limit * np.tanh(wanted / limit), dtype=np.float32)
+
+
+def _warnings(settings: WaveSettings, wavelength: float, reach: float) -> list[str]:
+    found = []
+    if wavelength > 1.01 * settings.wavelength:
+        found.append(
+            f"Waves of {1000 * settings.wavelength:.0f} mm are too short for a mesh of this size: "
+            f"they are {1000 * wavelength:.0f} mm long (raise Speed or lower Frequency)"
+        )
+    if reach < 0.99 * settings.reach:
+        found.append(
+            f"The waves reach {1000 * reach:.0f} mm instead of {1000 * settings.reach:.0f} mm: "
+            "farther would take too long"
+        )
+    return found
