@@ -23,6 +23,7 @@ from mathutils import Vector
 
 import liquid_splash_addon
 from liquid_splash_addon.blender import sketch as sketches
+from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
 
 VIEW = Vector((0.25, 1.0, -0.28)).normalized()
@@ -46,6 +47,8 @@ def main() -> None:
     say("Generating the splash")
     bpy.ops.splash.generate(seed=options.seed)
     splash = bpy.context.active_object
+    if options.refine != "NONE":
+        bpy.ops.splash.refinement_preset(preset=options.refine)
     say(f"{splash.splash.summary} on {splash.splash.device}, {splash.splash.precision}")
     for warning in filter(None, splash.splash.warnings.split("\n")):
         say(f"Warning: {warning}")
@@ -68,6 +71,7 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--sketch", choices=sorted(SKETCHES), default="crown")
     parser.add_argument("--strokes", action="store_true", help="show them in the picture")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--refine", choices=["NONE", *PRESETS], default="FRESH", help="preset")
     parser.add_argument("--samples", type=int, default=32, help="of Cycles, per pixel")
     parser.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar="PIXELS")
     return parser.parse_args()

@@ -10,6 +10,7 @@
     job            a run in a worker thread, with progress and cancelling
     dependencies   packages that Blender does not bring along, and how to install them
     generators     loaded weights, kept until the add-on goes
+    refinements    the list of refinements on each splash; evaluation refines anew on a change
     properties, preferences, operators, panels   what Blender registers
 """
 
@@ -17,9 +18,27 @@ import atexit
 
 import bpy
 
-from . import operators, panels, preferences, properties
+from . import (
+    evaluation,
+    operators,
+    panels,
+    preferences,
+    properties,
+    refinement_operators,
+    refinement_panel,
+    refinements,
+)
 
-MODULES = (properties, preferences, operators, panels)
+MODULES = (
+    properties,
+    refinements,
+    preferences,
+    evaluation,
+    operators,
+    refinement_operators,
+    panels,
+    refinement_panel,
+)
 
 
 def register() -> None:

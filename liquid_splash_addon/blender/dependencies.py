@@ -14,6 +14,7 @@ PACKAGES = {
     "safetensors": "safetensors",
     "skimage": "scikit-image",
     "scipy": "scipy",
+    "numba": "numba",
 }
 """Name in the package index by name of the module."""
 

@@ -23,10 +23,12 @@ from . import dependencies, generators, mesh_object
 from .grease_pencil import read_drawings
 from .preferences import keep_precision, known_precision, weights_path
 from .properties import assign_settings, plain
+from .refinements import steps_of
 
 if TYPE_CHECKING:
     from ..core.meshing import Mesh
     from ..core.pipeline import Report
+    from ..core.refinement.settings import RefinementSettings
 
 
 class SceneError(ValueError):
@@ -54,6 +56,7 @@ class Request:
     weights: Path | None
     made_with: str  # hash of the weights of the last run, "" if there was none
     precision: str  # number format to compute in; "": the fastest, to be measured
+    refinements: list[RefinementSettings]
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,7 @@ def snapshot(
         weights=weights_path(context),
         made_with=memory.weights_hash if memory else "",
         precision=(memory.precision if memory else "") or known_precision(context, settings.device),
+        refinements=steps_of(splash) if splash is not None else [],
     )
 
 
@@ -147,7 +151,9 @@ def compute(request: Request, report: Report) -> Result:
     )
     report("Loading the generator", 0.02)
     generator = generators.get(request.weights, settings.device, request.precision)
-    splash = make_splash(strokes, settings, generator, frame, part_of(report, 0.1, 0.9))
+    splash = make_splash(
+        strokes, settings, generator, frame, part_of(report, 0.1, 0.9), request.refinements
+    )
     report("Packing the fields", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     if request.made_with not in ("", generator.weights_hash):
@@ -209,6 +215,8 @@ def remember(
     splash: bpy.types.Object, sketch: bpy.types.Object, request: Request, result: Result
 ) -> None:
     """Note on the splash how it was made."""
+    from . import evaluation
+
     memory = splash.splash
     assign_settings(memory.settings, request.settings)
     memory.version = addon_version()
@@ -220,6 +228,7 @@ def remember(
     memory.summary = result.summary
     memory.warnings = "\n".join(result.warnings)
     mesh_object.remember_place(splash, sketch)
+    evaluation.remember(splash, evaluation.task_of(splash).name, [], [])
 
 
 def by_uid(uid: int) -> bpy.types.Object | None:

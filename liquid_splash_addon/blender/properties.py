@@ -18,21 +18,21 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..core.settings import SplashSettings
+from ..core.settings import Settings, SplashSettings
 
 IDENTITY = tuple(float(row == column) for column in range(4) for row in range(4))
 
 
-def settings_properties(**extra: Any) -> dict[str, Any]:
-    """Return a Blender property for every field of SplashSettings, by name.
+def settings_properties(kind: type[Settings] = SplashSettings, **extra: Any) -> dict[str, Any]:
+    """Return a Blender property for every field of a ``kind`` of settings, by name.
 
     extra : passed on to each, such as ``options={"SKIP_SAVE"}``.
     """
-    return {item.name: blender_property(item, extra) for item in fields(SplashSettings)}
+    return {item.name: blender_property(item, extra) for item in fields(kind)}
 
 
 def blender_property(item: Field[Any], extra: dict[str, Any]) -> Any:
-    """Return the Blender property that shows one field of SplashSettings."""
+    """Return the Blender property that shows one field of some settings."""
     limits = item.metadata
     about = {
         "name": limits["label"],
@@ -46,13 +46,15 @@ def blender_property(item: Field[Any], extra: dict[str, Any]) -> Any:
         return BoolProperty(**about)
     kind: Callable[..., Any] = IntProperty if isinstance(item.default, int) else FloatProperty
     if kind is FloatProperty:
-        about |= {"step": 1, "precision": 3}
+        about |= {"step": 1, "precision": 4 if limits["high"] <= 0.1 else 3}
+    if "soft" in limits:
+        about["soft_max"] = limits["soft"]
     return kind(min=limits["low"], max=limits["high"], **about)
 
 
-def to_settings(group: Any) -> SplashSettings:
-    """Return the SplashSettings that a property group or an operator holds."""
-    return SplashSettings(**{f.name: plain(getattr(group, f.name)) for f in fields(SplashSettings)})
+def to_settings(group: Any, kind: type[Any] = SplashSettings) -> Any:
+    """Return the settings of a ``kind`` that a property group or an operator holds."""
+    return kind(**{item.name: plain(getattr(group, item.name)) for item in fields(kind)})
 
 
 def plain(value: Any) -> Any:
@@ -60,9 +62,9 @@ def plain(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def assign_settings(group: Any, settings: SplashSettings) -> None:
+def assign_settings(group: Any, settings: Settings) -> None:
     """Write ``settings`` into a property group or an operator."""
-    for item in fields(SplashSettings):
+    for item in fields(settings):
         setattr(group, item.name, getattr(settings, item.name))
 
 

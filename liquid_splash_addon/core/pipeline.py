@@ -5,20 +5,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .alignment import Frame, fit_frame
 from .fields import Fields
 from .grid import Grid
-from .meshing import Mesh, surface
+from .meshing import Mesh, surface, surface_level
 from .settings import SplashSettings
 from .strokes import Stroke, StrokeError, check_strokes, resampled_points
 from .voxels import outside_share, rasterize
 
 if TYPE_CHECKING:
     from .generator import Generator
+    from .refinement.drop_meshes import DropCloud
+    from .refinement.settings import RefinementSettings
 
 MOST_OUTSIDE = 0.05
 """Share of the strokes' length that may lie outside the local grid."""
@@ -34,6 +36,20 @@ class Cancelled(Exception):  # noqa: N818 (not an error: the user wished it)
     """Raised by a report to stop the pipeline; nothing has changed."""
 
 
+class Drops(NamedTuple):
+    """Drops that fly free, in drawing units.
+
+    Attributes
+    ----------
+    positions, velocities : float32 ``(n, 3)``
+    radii : float32 ``(n,)``
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+
+
 @dataclass(frozen=True)
 class Splash:
     """A finished splash.
@@ -44,12 +60,14 @@ class Splash:
     fields : occupancy, distance, velocity on the local grid, SI
     frame : where the local box lies in the drawing
     warnings : sentences for the user
+    drops : the free drops of its refinements, if there are any
     """
 
     mesh: Mesh
     fields: Fields
     frame: Frame
     warnings: list[str] = field(default_factory=list)
+    drops: Drops | None = None
 
 
 def make_splash(
@@ -58,6 +76,7 @@ def make_splash(
     generator: Generator,
     frame: Frame | None = None,
     report: Report | None = None,
+    refinements: Sequence[RefinementSettings] = (),
 ) -> Splash:
     """Return the splash of ``strokes`` (drawing units, drawing units per second).
 
@@ -74,16 +93,26 @@ def make_splash(
     condition = rasterize(local, grid)
     report("Generating liquid", 0.1)
     latent = draw_latent(generator.config, settings.seed, settings.variation)
-    fields = generator.generate(condition, grid, latent)
-    report("Building surface", 0.8)
-    mesh = to_drawing(surface(fields, settings.surface_threshold), frame)
-    if not len(mesh.faces):
+    fields = generator.generate(condition, grid, latent).rounded()
+    report("Building surface", 0.7)
+    if not (surface_level(fields, settings.surface_threshold) < 0).any():
         raise StrokeError(
             "These strokes give no liquid: lower Surface Threshold or change Real Size"
         )
-    report("Done", 1.0)
     warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
-    return Splash(mesh, fields, frame, warnings)
+    if not refinements:
+        mesh = to_drawing(surface(fields, settings.surface_threshold), frame)
+        report("Done", 1.0)
+        return Splash(mesh, fields, frame, warnings)
+    from .refinement.stack import Refiner
+
+    refined = Refiner(fields, settings.surface_threshold).refine(
+        refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share)
+    )
+    return Splash(
+        to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
+        drops_to_drawing(refined.cloud, frame),
+    )  # fmt: skip
 
 
 def prepare_frame(
@@ -122,6 +151,15 @@ def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
     ):
         share *= 0.995
     return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
+
+
+def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
+    """Return free drops in local metres as ones in drawing units."""
+    return Drops(
+        frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
+        frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
+        (cloud.radii / frame.scale).astype(np.float32),
+    )
 
 
 def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:

@@ -8,9 +8,9 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks import networks, simulation, synthesis
+from tests.benchmarks import networks, refinement, simulation, synthesis
 
-AREAS = (synthesis.measure, networks.measure, simulation.measure)
+AREAS = (synthesis.measure, networks.measure, refinement.measure, simulation.measure)
 
 
 def main() -> None:

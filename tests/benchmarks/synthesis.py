@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from liquid_splash_addon.core.drawing import strokes_from_drawings
-from liquid_splash_addon.core.pipeline import make_splash
+from liquid_splash_addon.core.pipeline import Splash, make_splash
 from liquid_splash_addon.core.precision import fastest_precision
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketches import example_sketch
@@ -19,7 +19,7 @@ from liquid_splash_addon.core.weights import load_generator
 REPEATS = 5
 
 
-def prepared(resolution: str) -> Callable[[], object]:
+def prepared(resolution: str) -> Callable[[], Splash]:
     """Return a call that makes the example's splash, with all that is loaded once loaded."""
     settings = SplashSettings(resolution=resolution, device="CPU")
     generator = load_generator(device="CPU", precision=fastest_precision("cpu"))
@@ -27,14 +27,13 @@ def prepared(resolution: str) -> Callable[[], object]:
     return lambda: make_splash(strokes, settings, generator)
 
 
-def seconds(resolution: str) -> float:
-    """Return the median time of a splash after one to warm up."""
-    splash = prepared(resolution)
-    splash()
+def median_seconds(call: Callable[[], object]) -> float:
+    """Return the median time of ``call`` after once to warm up."""
+    call()
     times = []
     for _ in range(REPEATS):
         start = time.perf_counter()
-        splash()
+        call()
         times.append(time.perf_counter() - start)
     return statistics.median(times)
 
@@ -59,8 +58,8 @@ def own_peak_mb() -> float:
 def measure() -> dict[str, float]:
     """Return this area's numbers."""
     return {
-        "synthesis.seconds_128": seconds("128"),
-        "synthesis.seconds_64": seconds("64"),
+        "synthesis.seconds_128": median_seconds(prepared("128")),
+        "synthesis.seconds_64": median_seconds(prepared("64")),
         "synthesis.peak_mb": peak_mb(),
     }
 

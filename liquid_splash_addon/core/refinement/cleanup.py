@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Specks of liquid that belong to nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .detail import Detail
+from .level import Liquid
+from .settings import CleanupSettings
+
+AWAY = 1.0
+"""Level, in cells, of the air where a speck was."""
+
+
+def remove_specks(liquid: Liquid, settings: CleanupSettings) -> Detail:
+    """Return the splash without the pieces of liquid (cells that share a face) below the volume."""
+    from scipy.ndimage import label
+
+    piece, count = label(liquid.level < 0)
+    sizes = np.bincount(piece.ravel(), minlength=count + 1)
+    small = sizes < settings.volume
+    small[0] = False
+    out = np.where(small[piece], np.float32(AWAY), liquid.level)
+    clean = replace(liquid, level=out)
+    warnings = []
+    if count and not (out < 0).any():
+        warnings.append("Clean Up removed all of the liquid: lower its Least Volume")
+    return Detail(clean, clean.volume - liquid.volume, warnings)

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Named lists of refinements."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .settings import (
+    CleanupSettings,
+    DropletSettings,
+    RefinementSettings,
+    RuptureSettings,
+    WaveSettings,
+)
+
+
+class Preset(NamedTuple):
+    """A list of refinements with a name."""
+
+    label: str
+    about: str
+    steps: tuple[RefinementSettings, ...]
+
+
+PRESETS: dict[str, Preset] = {
+    "FRESH": Preset(
+        "Fresh", "Some drops and fine waves: as in the paper", (DropletSettings(), WaveSettings())
+    ),
+    "MILK": Preset(
+        "Milk",
+        "Few, large, round drops and long soft waves",
+        (
+            DropletSettings(amount=0.001, size=2.0, spread=0.25, cohesion=0.9),
+            WaveSettings(amplitude=0.001, frequency=5.0, speed=0.15),
+        ),
+    ),
+    "STORM": Preset(
+        "Storm",
+        "Torn fronts and much spray",
+        (
+            RuptureSettings(amount=0.06),
+            DropletSettings(amount=0.006, size=1.0, spread=0.6, cohesion=0.3),
+            CleanupSettings(volume=12.0),
+            WaveSettings(),
+        ),
+    ),
+    "FINGERS": Preset(
+        "Fingers",
+        "Fronts that have broken into fingers with a drop here and there",
+        (
+            RuptureSettings(amount=0.03, size=2.0, depth=0.033),
+            DropletSettings(amount=0.001),
+            CleanupSettings(),
+        ),
+    ),
+}
+"""All presets by identifier."""

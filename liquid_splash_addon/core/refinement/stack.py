@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of refinements of a splash, evaluated like a stack of modifiers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from ..fields import Fields
+from ..meshing import Mesh, level_surface
+from .cleanup import remove_specks
+from .detail import Detail
+from .drop_meshes import DropCloud
+from .droplets import add_droplets
+from .level import Liquid
+from .ruptures import add_ruptures
+from .settings import (
+    CleanupSettings,
+    DropletSettings,
+    RefinementSettings,
+    RuptureSettings,
+    WaveSettings,
+)
+from .waves import WaveMesh, prepare, propagate, wave_edge
+
+if TYPE_CHECKING:
+    from ..pipeline import Report
+
+
+CHANGES: dict[type[RefinementSettings], Callable[[Liquid, Any], Detail]] = {
+    DropletSettings: add_droplets,
+    RuptureSettings: add_ruptures,
+    CleanupSettings: remove_specks,
+}
+"""What changes the liquid. Waves come last, wherever they stand: they move the finished mesh."""
+
+Steps = tuple[RefinementSettings, ...]
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A refined splash in local metres.
+
+    Attributes
+    ----------
+    mesh : the surface, free drops included
+    cloud : the drops that fly free
+    gained : volume that each step added, over that of the splash before any
+    warnings : sentences for the user
+    """
+
+    mesh: Mesh
+    cloud: DropCloud
+    gained: list[float] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+class Refiner:
+    """Refines one splash, as often as its list changes.
+
+    What the last list made is kept as far as the next one begins alike, so that a change of one
+    step evaluates that step and those after it.
+    """
+
+    def __init__(self, fields: Fields, threshold: float = 0.5) -> None:
+        """``threshold``: probability of liquid at the surface."""
+        self.base = Detail(Liquid.of(fields, threshold))
+        self._details: dict[Steps, Detail] = {}
+        self._meshes: dict[Steps, Mesh] = {}
+        self._ready: tuple[tuple[Any, ...], WaveMesh] | None = None
+
+    def refine(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Refined:
+        """Return the splash after ``steps``; without any, its bare surface.
+
+        report : see ``pipeline.Report``.
+        """
+        report = report or (lambda stage, share: None)
+        solid = tuple(step for step in steps if type(step) in CHANGES)
+        waves = tuple(step for step in steps if isinstance(step, WaveSettings))
+        count = len(steps) + 1
+        details = [self.base]
+        for number, step in enumerate(solid):
+            report(step.label, number / count)
+            details.append(self._change(details[-1], solid[: number + 1]))
+        self._forget(solid)
+        report("Building surface", len(solid) / count)
+        mesh = self._surface(details[-1].liquid, solid)
+        gained = [detail.gained / max(self.base.liquid.volume, 1e-9) for detail in details[1:]]
+        warnings = [warning for detail in details for warning in detail.warnings]
+        cloud = DropCloud.empty()
+        for detail in details:
+            cloud = cloud.joined(detail.cloud)
+        for number, wave in enumerate(waves):
+            report(wave.label, (len(solid) + 1 + number) / count)
+            mesh, change, said = self._waves(mesh, wave, (*solid, *waves[:number]))
+            gained.append(change)
+            warnings += said
+        return Refined(mesh.joined(cloud.mesh), cloud, gained, warnings)
+
+    def _change(self, before: Detail, steps: Steps) -> Detail:
+        """Return the splash after the last of ``steps``, taken from the last run if it is there."""
+        if steps not in self._details:
+            change = CHANGES[type(steps[-1])]
+            self._details[steps] = change(before.liquid, steps[-1])
+        return self._details[steps]
+
+    def _surface(self, liquid: Liquid, steps: Steps) -> Mesh:
+        if steps not in self._meshes:
+            mesh = level_surface(liquid.level, liquid.velocity, liquid.grid)
+            self._meshes = {steps: mesh}
+        return self._meshes[steps]
+
+    def _waves(
+        self, mesh: Mesh, step: WaveSettings, before: Steps
+    ) -> tuple[Mesh, float, list[str]]:
+        """Return the mesh with waves, the share of volume that they added, and warnings."""
+        spacing = self.base.liquid.grid.spacing
+        edge = wave_edge(mesh, step, spacing)
+        if self._ready is None or self._ready[0] != (before, edge):
+            self._ready = (before, edge), prepare(mesh, edge, spacing)
+        moved, about = propagate(self._ready[1], step)
+        return moved, about.volume_change, about.warnings
+
+    def _forget(self, steps: Steps) -> None:
+        """Drop what the next run is not likely to begin with: each is tens of megabytes."""
+        kept = {steps[:number] for number in range(1, len(steps) + 1)}
+        self._details = {key: value for key, value in self._details.items() if key in kept}

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Droplets, ruptures, cleaning up, and the list of them."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from scipy.ndimage import label
+
+from liquid_splash_addon.core.meshing import Mesh, level_surface
+from liquid_splash_addon.core.refinement.cleanup import remove_specks
+from liquid_splash_addon.core.refinement.droplets import add_droplets
+from liquid_splash_addon.core.refinement.front import band_cells, break_measure, choose
+from liquid_splash_addon.core.refinement.presets import PRESETS
+from liquid_splash_addon.core.refinement.ruptures import add_ruptures
+from liquid_splash_addon.core.refinement.settings import (
+    KINDS,
+    CleanupSettings,
+    DropletSettings,
+    RuptureSettings,
+    WaveSettings,
+)
+from liquid_splash_addon.core.refinement.stack import Refiner
+from tests.core.refinement.shapes import GRID, ball, liquid_of, offsets, sheet
+
+DROPS = DropletSettings(amount=0.03)
+
+
+def signed_volume(mesh: Mesh) -> float:
+    a, b, c = (mesh.vertices[mesh.faces[:, n]].astype(float) for n in range(3))
+    return float((np.cross(a, b) * c).sum() / 6)
+
+
+def edge_uses(mesh: Mesh) -> np.ndarray:
+    """Return how often each undirected edge is used; twice everywhere in a closed mesh."""
+    edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+    return np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1]
+
+
+def test_curvature_of_a_ball():
+    liquid = ball(10)
+    cells = band_cells(liquid, inside=True)
+    # alpha 0 leaves the curvature alone: 2 / r, with r from 8.4 to 10.
+    bend = np.exp(break_measure(liquid, cells, 0.0, 1.0))
+    assert np.median(bend) == pytest.approx(2 / 9.2, rel=0.1)
+
+
+def test_laplacian_of_a_known_flow():
+    x, y, z = offsets()
+    liquid = liquid_of(np.linalg.norm([x, y, z], axis=0) - 10, np.stack([x**2, 0 * y, 3 * z]))
+    cells = band_cells(liquid, inside=True)
+    shaking = np.exp(break_measure(liquid, cells, 1.0, 0.0))
+    np.testing.assert_allclose(shaking, 2.0, rtol=1e-3)
+
+
+def test_bands_lie_on_either_side():
+    liquid = ball(10)
+    radius = np.linalg.norm(offsets(), axis=0)
+    for inside, low, high in ((True, 8.4, 10), (False, 10, 11.6)):
+        chosen = radius[tuple(band_cells(liquid, inside).T)]
+        assert chosen.min() > low - 0.2 and chosen.max() < high + 0.2
+
+
+def test_choice_takes_the_greatest_and_one_in_each_stratum():
+    rng = np.random.default_rng(0)
+    cells = np.argwhere(np.ones((20, 20, 20)))
+    measure = cells[:, 0].astype(np.float32)
+    points = choose(cells, measure, 0.25, 4.0, rng)
+    assert points[:, 0].min() >= 15
+    assert len(points) == 2 * 5 * 5  # x from 15 to 19 meets two layers of strata
+    assert len(np.unique(np.floor(points / 4), axis=0)) == len(points)
+    assert len(choose(cells, measure, 0.0, 4.0, rng)) == 0
+
+
+def test_drops_come_from_the_rim():
+    liquid = sheet()
+    detail = add_droplets(liquid, DROPS)
+    changed = np.argwhere(detail.liquid.level < liquid.level - 0.3)
+    x, z = changed[:, 0] - 23.5, changed[:, 2] - 23.5
+    rim = np.minimum(14 - np.abs(x), 10 - np.abs(z + 6))
+    assert len(changed) > 20
+    assert np.mean(rim < 4) > 0.8
+    assert detail.gained > 0
+
+
+def test_free_drops_are_ahead_of_the_flow_and_round():
+    liquid = sheet(speed=2.0)
+    cloud = add_droplets(liquid, DropletSettings(amount=0.05, cohesion=1.0)).cloud
+    assert len(cloud.radii) > 3
+    assert cloud.positions[:, 2].mean() > 0.0, "the sheet's middle is below"
+    np.testing.assert_allclose(cloud.velocities[:, 2].mean(), 2.0, rtol=0.4)
+    assert cloud.radii.max() < 6 * GRID.spacing
+    mesh = cloud.mesh
+    assert (edge_uses(mesh) == 2).all() and signed_volume(mesh) > 0
+    meshed = 4 / 3 * np.pi * (cloud.radii[cloud.meshed].astype(float) ** 3).sum()
+    assert signed_volume(mesh) == pytest.approx(meshed, rel=0.2)
+
+
+def test_volume_that_droplets_add_is_reported():
+    liquid = sheet()
+    detail = add_droplets(liquid, DropletSettings(amount=0.005, size=1.0))
+    mesh = level_surface(detail.liquid.level, liquid.velocity, GRID).joined(detail.cloud.mesh)
+    before = signed_volume(level_surface(liquid.level, liquid.velocity, GRID))
+    gained = (signed_volume(mesh) - before) / GRID.spacing**3
+    assert detail.gained == pytest.approx(gained, rel=0.3)
+    assert 0 < detail.gained < 0.3 * liquid.volume
+
+
+def test_longer_flight_is_farther():
+    near, far = (
+        add_droplets(sheet(), DropletSettings(amount=0.03, flight=seconds)).cloud
+        for seconds in (0.0125, 0.03)
+    )
+    assert far.positions[:, 2].max() > near.positions[:, 2].max() + 0.01
+
+
+def test_seed_amount_and_limits_of_droplets():
+    liquid = sheet()
+    one, same, other = (
+        add_droplets(liquid, DropletSettings(amount=0.03, seed=seed)) for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(one.liquid.level, same.liquid.level)
+    np.testing.assert_array_equal(one.cloud.positions, same.cloud.positions)
+    assert not np.array_equal(one.liquid.level, other.liquid.level)
+    none = add_droplets(liquid, DropletSettings(amount=0.0))
+    assert none.liquid is liquid and none.gained == 0
+    full = add_droplets(liquid, DropletSettings(amount=1.0, particles=1000))
+    assert "Most Particles" in full.warnings[0]
+    assert np.isfinite(full.liquid.level).all()
+
+
+def test_ruptures_only_take_liquid_and_take_it_at_the_front():
+    liquid = sheet()
+    detail = add_ruptures(liquid, RuptureSettings(amount=0.2))
+    assert (detail.liquid.level >= liquid.level - 1e-6).all()
+    lost = np.argwhere((liquid.level < 0) & (detail.liquid.level >= 0))
+    assert len(lost) > 20
+    assert lost[:, 2].mean() > np.argwhere(liquid.level < 0)[:, 2].mean() + 2, "it rises"
+    assert detail.gained == pytest.approx(detail.liquid.volume - liquid.volume)
+    assert -0.5 * liquid.volume < detail.gained < 0
+
+
+def test_deeper_ruptures_take_more():
+    shallow, deep = (
+        add_ruptures(sheet(), RuptureSettings(amount=0.1, depth=depth)).gained
+        for depth in (0.004, 0.03)
+    )
+    assert deep < 1.5 * shallow < 0
+
+
+def test_specks_go_and_the_rest_stays():
+    x, y, z = offsets()
+    big = np.linalg.norm([x, y, z], axis=0) - 8
+    speck = np.linalg.norm([x - 16, y, z], axis=0) - 1.6
+    liquid = liquid_of(np.minimum(big, speck), np.zeros(3))
+    detail = remove_specks(liquid, CleanupSettings(volume=40))
+    assert label(detail.liquid.level < 0)[1] == 1
+    np.testing.assert_array_equal(detail.liquid.level[x < 12], liquid.level[x < 12])
+    assert remove_specks(liquid, CleanupSettings(volume=5)).gained == 0
+    everything = remove_specks(liquid, CleanupSettings(volume=10_000))
+    assert "Least Volume" in everything.warnings[0]
+
+
+@pytest.fixture(scope="module")
+def refiner() -> Refiner:
+    return Refiner(sheet().fields())
+
+
+def test_an_empty_list_is_the_plain_surface(refiner):
+    plain = refiner.refine([])
+    base = refiner.base.liquid
+    expected = level_surface(base.level, base.velocity, base.grid)
+    np.testing.assert_array_equal(plain.mesh.vertices, expected.vertices)
+    assert plain.gained == [] and plain.warnings == []
+
+
+def test_fields_of_a_liquid_have_its_surface():
+    liquid = sheet()
+    again = Refiner(liquid.fields()).base.liquid
+    near = np.abs(liquid.level) < 2
+    np.testing.assert_allclose(again.level[near], liquid.level[near], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", list(PRESETS))
+def test_presets_give_closed_meshes(refiner, name):
+    refined = refiner.refine(PRESETS[name].steps)
+    assert (edge_uses(refined.mesh) == 2).all()
+    assert signed_volume(refined.mesh) > 0
+    assert len(refined.gained) == len(PRESETS[name].steps)
+    assert np.isfinite(refined.mesh.vertices).all()
+    assert len(refined.mesh.velocities) == len(refined.mesh.vertices)
+
+
+def test_what_was_kept_changes_nothing(refiner):
+    steps = [RuptureSettings(), DROPS, WaveSettings()]
+    refiner.refine(steps)
+    refiner.refine([RuptureSettings(), DropletSettings(seed=5)])
+    warm = refiner.refine(steps)
+    cold = Refiner(sheet().fields()).refine(steps)
+    np.testing.assert_array_equal(warm.mesh.vertices, cold.mesh.vertices)
+
+
+def test_waves_come_last_wherever_they_stand(refiner):
+    first = refiner.refine([WaveSettings(), DROPS])
+    last = refiner.refine([DROPS, WaveSettings()])
+    np.testing.assert_array_equal(first.mesh.vertices, last.mesh.vertices)
+
+
+def test_nothing_left_is_an_empty_mesh(refiner):
+    refined = refiner.refine([CleanupSettings(volume=10_000), DROPS, WaveSettings()])
+    assert "Least Volume" in refined.warnings[0]
+    assert len(refined.mesh.faces) == 0
+
+
+def test_every_kind_has_limits_that_hold():
+    for kind in KINDS.values():
+        with pytest.raises(ValueError, match="must be from"):
+            kind(**{fields(kind)[0].name: -1e9})
