@@ -10,16 +10,19 @@
     job            a run in a worker thread, with progress and cancelling
     dependencies   packages that Blender does not bring along, and how to install them
     generators     loaded weights, kept until the add-on goes
+    obstacles      the meshes that each splash keeps out of
     refinements    the list of refinements on each splash; evaluation refines anew on a change
     properties, preferences, operators, panels   what Blender registers
 """
 
 import atexit
+import os
 
 import bpy
 
 from . import (
     evaluation,
+    obstacles,
     operators,
     panels,
     preferences,
@@ -32,6 +35,7 @@ from . import (
 MODULES = (
     properties,
     refinements,
+    obstacles,
     preferences,
     evaluation,
     operators,
@@ -41,8 +45,17 @@ MODULES = (
 )
 
 
+def keep_compiled_code() -> None:
+    """Have numba keep what it compiles in the extension's own folder: others may be read-only."""
+    extension = __package__.rpartition(".")[0]
+    if extension.startswith("bl_ext."):
+        folder = bpy.utils.extension_path_user(extension, path="compiled", create=True)
+        os.environ.setdefault("NUMBA_CACHE_DIR", folder)
+
+
 def register() -> None:
     """Register all classes, in the order in which they need each other."""
+    keep_compiled_code()
     for module in MODULES:
         module.register()
     # As a Python module Blender hangs at exit while classes with Python functions are registered.

@@ -17,13 +17,15 @@ import bpy
 
 from . import mesh_object
 from .generation import SceneError, by_uid, check_writable, frame_from_text
-from .job import STOP_SECONDS, Job
+from .job import STOP_SECONDS, Job, redraw_sidebars
+from .obstacles import obstacles_of
 from .properties import plain
 from .refinements import steps_of
 
 if TYPE_CHECKING:
     from ..core.alignment import Frame
     from ..core.meshing import Mesh
+    from ..core.obstacles import Obstacle
     from ..core.pipeline import Drops, Report
     from ..core.refinement.settings import RefinementSettings
     from ..core.refinement.stack import Refiner
@@ -41,12 +43,22 @@ class Task:
     threshold: float
     frame: Frame
     steps: list[RefinementSettings]
+    obstacles: list[Obstacle]
+    clearance: float
 
     @property
     def name(self) -> str:
         """What tells it from any other task: the splash's fields and its settings."""
         source = hashlib.sha256(self.fields).hexdigest()[:16]
-        return f"{source} {self.threshold} {self.steps!r}"
+        return f"{source} {self.threshold} {self.steps!r} {self.around!r}"
+
+    @property
+    def around(self) -> tuple[str, float]:
+        """What tells its obstacles from any others."""
+        digest = hashlib.sha256()
+        for obstacle in self.obstacles:
+            digest.update(obstacle.triangles.tobytes())
+        return digest.hexdigest()[:16], self.clearance
 
 
 @dataclass(frozen=True)
@@ -71,10 +83,11 @@ def task_of(splash: bpy.types.Object) -> Task:
         plain(splash.splash.settings.surface_threshold),
         frame_from_text(splash.splash.frame),
         steps_of(splash),
+        *obstacles_of(splash),
     )
 
 
-refiner: tuple[tuple[bytes, float], Refiner] | None = None
+refiner: tuple[tuple[bytes, float, str, float], Refiner] | None = None
 """The last splash's, with what it kept of its steps."""
 
 
@@ -85,9 +98,11 @@ def compute(task: Task, report: Report) -> Outcome:
     from ..core.pipeline import drops_to_drawing, to_drawing
     from ..core.refinement.stack import Refiner
 
-    key = (task.fields, task.threshold)
+    key = (task.fields, task.threshold, *task.around)
     if refiner is None or refiner[0] != key:
-        refiner = key, Refiner(Fields.from_bytes(task.fields), task.threshold)
+        obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
+        fields = Fields.from_bytes(task.fields)
+        refiner = key, Refiner(fields, task.threshold, obstacles, task.clearance)
     refined = refiner[1].refine(task.steps, report)
     return Outcome(
         to_drawing(refined.mesh, task.frame),
@@ -126,11 +141,14 @@ _running: tuple[Task, Job] | None = None
 
 
 def request(splash: bpy.types.Object) -> None:
-    """See to it that ``splash`` is refined anew, soon; at once where there is no window."""
+    """See to it that ``splash`` is refined anew, soon; at once where there is no window.
+
+    What stands in the way becomes the splash's warning, and the mesh stays as it is.
+    """
     if not splash.splash.is_splash:
         return
     if bpy.app.background:
-        evaluate(splash)
+        _tell(splash.session_uid, partial(evaluate, splash))
         return
     _waiting.add(splash.session_uid)
     if _running is not None and _running[0].splash == splash.session_uid:
@@ -139,9 +157,17 @@ def request(splash: bpy.types.Object) -> None:
         bpy.app.timers.register(_tick, first_interval=TICK)
 
 
+def stage_of(splash: bpy.types.Object) -> str:
+    """Return what is being done to ``splash`` now; nothing if it is as its list says."""
+    if _running is not None and _running[0].splash == splash.session_uid:
+        return f"{_running[1].stage} ..."
+    return "Waiting ..." if splash.session_uid in _waiting else ""
+
+
 def _tick() -> float | None:
     """Write what is done, begin what waits; None ends the timer."""
     global _running
+    redraw_sidebars()
     if _running is not None:
         if not _running[1].is_done:
             return TICK

@@ -21,12 +21,14 @@ from ..core.drawing import Drawing, check_drawings, drawing_scale, strokes_from_
 from ..core.settings import SplashSettings
 from . import dependencies, generators, mesh_object
 from .grease_pencil import read_drawings
+from .obstacles import obstacles_of
 from .preferences import keep_precision, known_precision, weights_path
 from .properties import assign_settings, plain
 from .refinements import steps_of
 
 if TYPE_CHECKING:
     from ..core.meshing import Mesh
+    from ..core.obstacles import Obstacle
     from ..core.pipeline import Report
     from ..core.refinement.settings import RefinementSettings
 
@@ -57,6 +59,8 @@ class Request:
     made_with: str  # hash of the weights of the last run, "" if there was none
     precision: str  # number format to compute in; "": the fastest, to be measured
     refinements: list[RefinementSettings]
+    obstacles: list[Obstacle]
+    clearance: float
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,7 @@ def snapshot(
     drawings, warnings = read_drawings(sketch)
     check_drawings(drawings)
     memory = splash.splash if splash is not None else None
+    obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     return Request(
         sketch=sketch.session_uid,
         splash=splash.session_uid if splash is not None else None,
@@ -122,6 +127,8 @@ def snapshot(
         made_with=memory.weights_hash if memory else "",
         precision=(memory.precision if memory else "") or known_precision(context, settings.device),
         refinements=steps_of(splash) if splash is not None else [],
+        obstacles=obstacles,
+        clearance=clearance,
     )
 
 
@@ -152,8 +159,9 @@ def compute(request: Request, report: Report) -> Result:
     report("Loading the generator", 0.02)
     generator = generators.get(request.weights, settings.device, request.precision)
     splash = make_splash(
-        strokes, settings, generator, frame, part_of(report, 0.1, 0.9), request.refinements
-    )
+        strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
+        request.refinements, request.obstacles, request.clearance,
+    )  # fmt: skip
     report("Packing the fields", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     if request.made_with not in ("", generator.weights_hash):

@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import bpy
+
 if TYPE_CHECKING:
     from ..core.pipeline import Report
 
@@ -84,6 +86,14 @@ def start(work: Callable[[Report], Any]) -> Job:
     global running
     running = Job(work)
     return running
+
+
+def redraw_sidebars() -> None:
+    """Have the panels of all windows drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
 
 
 def finish() -> None:

@@ -21,9 +21,10 @@ TICK = 0.1
 
 def user_errors() -> tuple[type[Exception], ...]:
     """Return the errors whose message is meant for the user; any other is a mistake of ours."""
+    from ..core.obstacles import ObstacleError
     from ..core.weights import TorchMissingError, WeightsError
 
-    return (StrokeError, generation.SceneError, WeightsError, TorchMissingError)
+    return (StrokeError, generation.SceneError, ObstacleError, WeightsError, TorchMissingError)
 
 
 class SplashMaker:
@@ -149,9 +150,7 @@ def show_progress(context: bpy.types.Context) -> None:
     text = f"Splash: {running.stage} ({running.fraction:.0%}). Esc stops it"
     context.workspace.status_text_set("Splash: stopping" if running.is_stopping else text)
     context.window_manager.progress_update(100 * running.fraction)
-    for area in context.screen.areas:
-        if area.type == "VIEW_3D":
-            area.tag_redraw()
+    job.redraw_sidebars()
 
 
 @contextmanager

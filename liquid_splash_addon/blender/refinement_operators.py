@@ -38,7 +38,10 @@ class StackOperator:
         try:
             check_writable(splash)
             self.change(splash)
-            evaluation.request(splash)
+            if bpy.app.background:
+                evaluation.evaluate(splash)
+            else:
+                evaluation.request(splash)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -110,6 +113,17 @@ class SPLASH_OT_refinement_move(StackOperator, bpy.types.Operator):
             stack.active = to
 
 
+class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
+    """Carve and refine the splash anew, after its obstacles were moved"""
+
+    bl_idname = "splash.refinement_update"
+    bl_label = "Update"
+    needs_items = False
+
+    def change(self, splash: bpy.types.Object) -> None:
+        """Nothing in the list changes."""
+
+
 class SPLASH_OT_refinement_apply(bpy.types.Operator):
     """Keep the refined mesh as it is and empty the list"""
 
@@ -146,6 +160,7 @@ CLASSES = (
     SPLASH_OT_refinement_preset,
     SPLASH_OT_refinement_remove,
     SPLASH_OT_refinement_move,
+    SPLASH_OT_refinement_update,
     SPLASH_OT_refinement_apply,
 )
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

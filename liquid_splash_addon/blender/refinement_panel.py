@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from . import evaluation
 from . import refinement_operators as operators
 from .panels import SplashPanel, draw_text, shown_splash
 
@@ -53,7 +54,8 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Show the list with its buttons, and the settings of its active entry."""
         layout = self.layout
-        stack = shown_splash(context).splash_stack
+        splash = shown_splash(context)
+        stack = splash.splash_stack
         row = layout.row()
         row.template_list("SPLASH_UL_refinements", "", stack, "items", stack, "active", rows=4)
         buttons = row.column(align=True)
@@ -71,10 +73,35 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         )
         row.operator(operators.SPLASH_OT_refinement_apply.bl_idname, text="Apply", icon="CHECKMARK")
         draw_settings(layout, stack)
-        if stack.summary:
-            layout.label(text=stack.summary)
+        # The first use of a kind compiles it: that takes seconds, and should not look idle.
+        if text := evaluation.stage_of(splash) or stack.summary:
+            layout.label(text=text)
         for warning in filter(None, stack.warnings.split("\n")):
             draw_text(layout.box(), context, warning, "ERROR")
+
+
+class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
+    """What the active splash keeps out of."""
+
+    bl_label = "Obstacles"
+    bl_parent_id = "SPLASH_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a splash."""
+        return shown_splash(context) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the collection, and how to follow obstacles that were moved."""
+        layout = self.layout
+        group = shown_splash(context).splash_obstacles
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(group, "collection", text="Collection")
+        column.prop(group, "clearance")
+        layout.operator(operators.SPLASH_OT_refinement_update.bl_idname, icon="FILE_REFRESH")
 
 
 def draw_settings(layout: Any, stack: Any) -> None:
@@ -90,5 +117,5 @@ def draw_settings(layout: Any, stack: Any) -> None:
 
 
 register, unregister = bpy.utils.register_classes_factory(
-    (SPLASH_UL_refinements, SPLASH_PT_refinements)
+    (SPLASH_UL_refinements, SPLASH_PT_refinements, SPLASH_PT_obstacles)
 )

@@ -19,6 +19,7 @@ from .voxels import outside_share, rasterize
 
 if TYPE_CHECKING:
     from .generator import Generator
+    from .obstacles import Obstacle
     from .refinement.drop_meshes import DropCloud
     from .refinement.settings import RefinementSettings
 
@@ -77,9 +78,12 @@ def make_splash(
     frame: Frame | None = None,
     report: Report | None = None,
     refinements: Sequence[RefinementSettings] = (),
+    obstacles: Sequence[Obstacle] = (),
+    clearance: float = 0.0,
 ) -> Splash:
     """Return the splash of ``strokes`` (drawing units, drawing units per second).
 
+    obstacles : what it keeps out of, drawing units; clearance : cells of air around them.
     frame : the stored frame of an earlier splash; by default one is fitted to the strokes.
     Raises StrokeError, with advice, where no splash can be made.
     """
@@ -93,26 +97,36 @@ def make_splash(
     condition = rasterize(local, grid)
     report("Generating liquid", 0.1)
     latent = draw_latent(generator.config, settings.seed, settings.variation)
-    fields = generator.generate(condition, grid, latent).rounded()
+    local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
+    fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid)).rounded()
     report("Building surface", 0.7)
     if not (surface_level(fields, settings.surface_threshold) < 0).any():
         raise StrokeError(
             "These strokes give no liquid: lower Surface Threshold or change Real Size"
         )
     warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
-    if not refinements:
+    if not refinements and not obstacles:
         mesh = to_drawing(surface(fields, settings.surface_threshold), frame)
         report("Done", 1.0)
         return Splash(mesh, fields, frame, warnings)
     from .refinement.stack import Refiner
 
-    refined = Refiner(fields, settings.surface_threshold).refine(
-        refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share)
-    )
+    refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance)
+    refined = refiner.refine(refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share))
     return Splash(
         to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
         drops_to_drawing(refined.cloud, frame),
     )  # fmt: skip
+
+
+def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:
+    """Return the generator's obstacle on ``grid``, if there is one, to be passed on."""
+    if not obstacles:
+        return ()
+    from .obstacles import generator_obstacle
+
+    distance = generator_obstacle(obstacles, grid)
+    return () if distance is None else (distance,)
 
 
 def prepare_frame(

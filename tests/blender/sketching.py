@@ -27,9 +27,14 @@ class TubeGenerator:
     config = SimpleNamespace(latent_channels=1, latent_cells=8)
 
     def generate(
-        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+        self,
+        condition: np.ndarray,
+        grid: Grid,
+        latent: np.ndarray | None = None,
+        obstacle: np.ndarray | None = None,
     ) -> Fields:
         """Return the tubes, as ``core.generator.Generator.generate`` returns a splash."""
+        self.obstacle = obstacle
         away, nearest = distance_transform_edt(condition[0] == 0, return_indices=True)
         distance = gaussian_filter(away, 1.2) - 1.7 * grid.shape[0] / 64
         if latent is not None:

@@ -34,6 +34,7 @@ class DropCloud:
     radii : float32 ``(n,)``, metres, of balls of the same volume
     meshed : bool ``(n,)``, which of them are in ``mesh``
     mesh : their surfaces, metres
+    owner : int32, the drop of each vertex of the mesh
     """
 
     positions: np.ndarray
@@ -41,12 +42,14 @@ class DropCloud:
     radii: np.ndarray
     meshed: np.ndarray
     mesh: Mesh
+    owner: np.ndarray
 
     @classmethod
     def empty(cls) -> DropCloud:
         """Return no drops."""
         none = np.zeros((0, 3), dtype=np.float32)
-        return cls(none, none, none[:, 0], np.zeros(0, dtype=bool), Mesh.empty())
+        nobody = np.zeros(0, dtype=np.int32)
+        return cls(none, none, none[:, 0], np.zeros(0, dtype=bool), Mesh.empty(), nobody)
 
     @property
     def volume(self) -> float:
@@ -61,7 +64,20 @@ class DropCloud:
             np.concatenate([self.radii, other.radii]),
             np.concatenate([self.meshed, other.meshed]),
             self.mesh.joined(other.mesh),
+            np.concatenate([self.owner, other.owner + np.int32(len(self.radii))]),
         )
+
+    def only(self, kept: np.ndarray) -> DropCloud:
+        """Return the drops that are ``kept``, bool ``(n,)``."""
+        stays = kept[self.owner]
+        number = np.cumsum(stays) - 1
+        faces = number[self.mesh.faces[stays[self.mesh.faces[:, 0]]]].astype(np.int32)
+        mesh = Mesh(self.mesh.vertices[stays], faces, self.mesh.velocities[stays])
+        owner = (np.cumsum(kept) - 1)[self.owner[stays]].astype(np.int32)
+        return DropCloud(
+            self.positions[kept], self.velocities[kept], self.radii[kept], self.meshed[kept],
+            mesh, owner,
+        )  # fmt: skip
 
 
 def drop_cloud(
@@ -87,13 +103,16 @@ def drop_cloud(
     velocity = means(fine.velocity[inside], drop, weight)
     radii = (0.75 / np.pi * volume) ** (1 / 3) / FINER
     meshed = radii >= LEAST_RADIUS
-    mesh = mesh_drops(fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion)
+    mesh, owner = mesh_drops(
+        fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion
+    )
     return DropCloud(
         grid.to_metres(centre).astype(np.float32),
         (velocity * grid.spacing).astype(np.float32),
         (radii * grid.spacing).astype(np.float32),
         meshed,
         mesh,
+        owner,
     )
 
 
@@ -111,8 +130,8 @@ def mesh_drops(
     grid: Grid,
     velocity: np.ndarray,
     cohesion: float,
-) -> Mesh:
-    """Return the surfaces of ``drops`` (numbers in ``label``), all found at once.
+) -> tuple[Mesh, np.ndarray]:
+    """Return the surfaces of ``drops`` (numbers in ``label``), and the drop of each vertex.
 
     Their boxes of fine cells stand side by side in one array, air between them.
 
@@ -121,7 +140,7 @@ def mesh_drops(
     from skimage.measure import marching_cubes
 
     if not len(drops):
-        return Mesh.empty()
+        return Mesh.empty(), np.zeros(0, dtype=np.int32)
     low, high = boxes(fine, label, drops)
     sizes = high - low
     offsets = np.concatenate([[0], sizes[:, 0].cumsum()])
@@ -136,7 +155,9 @@ def mesh_drops(
     moved[:, 0] -= offsets[drop]
     cells = (moved + low[drop] + fine.start + 0.5) / FINER
     points = grid.to_metres(cells).astype(np.float32)
-    return Mesh(points, faces.astype(np.int32), velocity[drops[drop]].astype(np.float32))
+    owner = drops[drop].astype(np.int32)
+    mesh = Mesh(points, faces.astype(np.int32), velocity[owner].astype(np.float32))
+    return mesh, owner
 
 
 def boxes(fine: FineLevel, label: np.ndarray, drops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

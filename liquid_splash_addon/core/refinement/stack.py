@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ..contact import push_out
 from ..fields import Fields
 from ..meshing import Mesh, level_surface
+from ..obstacles import Obstacle, carve, depth_of_points
 from .cleanup import remove_specks
 from .detail import Detail
 from .drop_meshes import DropCloud
@@ -34,6 +38,9 @@ CHANGES: dict[type[RefinementSettings], Callable[[Liquid, Any], Detail]] = {
     CleanupSettings: remove_specks,
 }
 """What changes the liquid. Waves come last, wherever they stand: they move the finished mesh."""
+
+OFFSET = 0.25
+"""Cells of air between liquid and obstacles: their faces would flicker in a render otherwise."""
 
 Steps = tuple[RefinementSettings, ...]
 
@@ -63,15 +70,29 @@ class Refiner:
     step evaluates that step and those after it.
     """
 
-    def __init__(self, fields: Fields, threshold: float = 0.5) -> None:
-        """``threshold``: probability of liquid at the surface."""
+    def __init__(
+        self,
+        fields: Fields,
+        threshold: float = 0.5,
+        obstacles: Sequence[Obstacle] = (),
+        offset: float = OFFSET,
+    ) -> None:
+        """Take a splash, and what it keeps out of.
+
+        threshold : probability of liquid at the surface; obstacles : in local metres; offset :
+        cells of air around them.
+        """
         self.base = Detail(Liquid.of(fields, threshold))
+        self.obstacles, self.offset = obstacles, offset
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}
         self._ready: tuple[tuple[Any, ...], WaveMesh] | None = None
 
     def refine(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Refined:
         """Return the splash after ``steps``; without any, its bare surface.
+
+        Obstacles are carved out after droplets and ruptures and before the waves, which are
+        then pushed out again. Raises ObstacleError where that leaves nothing.
 
         report : see ``pipeline.Report``.
         """
@@ -90,13 +111,15 @@ class Refiner:
         warnings = [warning for detail in details for warning in detail.warnings]
         cloud = DropCloud.empty()
         for detail in details:
-            cloud = cloud.joined(detail.cloud)
+            cloud = cloud.joined(self._outside(detail.cloud))
         for number, wave in enumerate(waves):
             report(wave.label, (len(solid) + 1 + number) / count)
             mesh, change, said = self._waves(mesh, wave, (*solid, *waves[:number]))
             gained.append(change)
             warnings += said
-        return Refined(mesh.joined(cloud.mesh), cloud, gained, warnings)
+        mesh = self._pushed_out(mesh.joined(cloud.mesh))
+        warnings += [obstacle.warning for obstacle in self.obstacles if obstacle.warning]
+        return Refined(mesh, cloud, gained, warnings)
 
     def _change(self, before: Detail, steps: Steps) -> Detail:
         """Return the splash after the last of ``steps``, taken from the last run if it is there."""
@@ -107,6 +130,8 @@ class Refiner:
 
     def _surface(self, liquid: Liquid, steps: Steps) -> Mesh:
         if steps not in self._meshes:
+            if self.obstacles:
+                liquid = carve(liquid, self.obstacles, self.offset)
             mesh = level_surface(liquid.level, liquid.velocity, liquid.grid)
             self._meshes = {steps: mesh}
         return self._meshes[steps]
@@ -121,6 +146,23 @@ class Refiner:
             self._ready = (before, edge), prepare(mesh, edge, spacing)
         moved, about = propagate(self._ready[1], step)
         return moved, about.volume_change, about.warnings
+
+    def _outside(self, cloud: DropCloud) -> DropCloud:
+        """Return the drops whose middle is not in an obstacle."""
+        kept = np.ones(len(cloud.radii), dtype=bool)
+        for obstacle in self.obstacles if len(kept) else ():
+            cell = self.base.liquid.grid.spacing
+            depth, _ = depth_of_points(obstacle, cloud.positions, cell, self.offset + 1)
+            kept &= depth > self.offset
+        return cloud.only(kept)
+
+    def _pushed_out(self, mesh: Mesh) -> Mesh:
+        """Return the mesh without vertices in an obstacle."""
+        if not self.obstacles or not len(mesh.faces):
+            return mesh
+        cell = self.base.liquid.grid.spacing
+        vertices = push_out(mesh.vertices, mesh.faces, self.obstacles, cell, self.offset)
+        return replace(mesh, vertices=vertices)
 
     def _forget(self, steps: Steps) -> None:
         """Drop what the next run is not likely to begin with: each is tens of megabytes."""
