@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender import generators, job
+from liquid_splash_addon.blender import evaluation, generators, job
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, splashes
 
 PATIENCE = 60.0
@@ -130,6 +130,60 @@ def steps() -> Iterator[Condition]:
     assert not splashes(), "another file was opened meanwhile"
 
 
+def refining() -> Iterator[Condition]:
+    """Check that the refinement list is live: by buttons, by sliders, through undo and redo."""
+    draw()
+    press("splash.generate")
+    yield idle
+    (splash,) = splashes()
+    plain = len(splash.data.vertices)
+
+    def is_evaluated() -> bool:
+        (splash,) = splashes()
+        now = evaluation.task_of(splash).name
+        return splash.splash_stack.evaluated == now and not evaluation.stage_of(splash)
+
+    def count() -> int:
+        return len(splashes()[0].data.vertices)
+
+    bpy.ops.ed.undo_push(message="Splash")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window):
+        bpy.ops.splash.refinement_add("EXEC_DEFAULT", True, kind="DROPLETS")
+    assert count() == plain, "Blender does not wait"
+    yield is_evaluated
+    assert count() != plain
+    item = splashes()[0].splash_stack.items[0]
+    item.droplets.amount = 0.02
+    item.droplets.size = 2.0  # before the first change was evaluated
+    bpy.ops.ed.undo_push(message="Size")
+    yield is_evaluated
+    large = count()
+    item.show = False
+    yield is_evaluated
+    assert count() == plain
+    item.show = True
+    yield is_evaluated
+    assert count() == large
+    while splashes()[0].splash_stack.items:
+        press("ed.undo")
+    yield is_evaluated
+    assert count() == plain, "undo takes the refined mesh along"
+    press("ed.redo")
+    yield is_evaluated
+    assert len(splashes()[0].splash_stack.items) == 1 and count() != plain
+    splashes()[0].splash_stack.items[0].droplets.size = 1.0
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield lambda: True
+    assert not splashes(), "another file was opened meanwhile"
+
+
+def everything() -> Iterator[Condition]:
+    """Check it all."""
+    yield from steps()
+    yield from refining()
+
+
 def run(script: Iterator[Condition]) -> Callable[[], float | None]:
     """Return a timer callback that takes ``script`` through its steps, then ends Blender."""
     condition: Condition = lambda: True  # noqa: E731
@@ -157,4 +211,4 @@ if __name__ == "__main__":
     liquid_splash_addon.register()
     generators.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False
-    bpy.app.timers.register(run(steps()), first_interval=1.0, persistent=True)
+    bpy.app.timers.register(run(everything()), first_interval=1.0, persistent=True)

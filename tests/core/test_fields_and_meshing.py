@@ -106,3 +106,13 @@ def test_a_sheet_two_cells_thick_stays_whole():
     expected = 0.32 * 0.32 * 2 * GRID.spacing
     assert signed_volume(mesh) == pytest.approx(expected, rel=0.15)
     assert is_closed(mesh)
+
+
+def test_rounded_fields_are_what_a_file_gives_back():
+    fields = ball()
+    rounded, stored = fields.rounded(), Fields.from_bytes(fields.to_bytes())
+    np.testing.assert_array_equal(rounded.occupancy, stored.occupancy)
+    np.testing.assert_array_equal(rounded.distance, stored.distance)
+    np.testing.assert_array_equal(rounded.velocity, stored.velocity)
+    assert rounded.grid == stored.grid
+    assert np.abs(rounded.distance - fields.distance).max() < 2e-3

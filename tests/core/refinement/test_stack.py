@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Droplets, ruptures, cleaning up, and the list of them."""
 
+import itertools
 from dataclasses import fields
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from scipy.ndimage import label
 
 from liquid_splash_addon.core.meshing import Mesh, level_surface
+from liquid_splash_addon.core.obstacles import Obstacle, ObstacleError, obstacle_from_mesh
 from liquid_splash_addon.core.refinement.cleanup import remove_specks
 from liquid_splash_addon.core.refinement.droplets import add_droplets
 from liquid_splash_addon.core.refinement.front import band_cells, break_measure, choose
@@ -216,3 +218,34 @@ def test_every_kind_has_limits_that_hold():
     for kind in KINDS.values():
         with pytest.raises(ValueError, match="must be from"):
             kind(**{fields(kind)[0].name: -1e9})
+
+
+def block(low, high) -> Obstacle:
+    """Return a box as an obstacle; corners in cells from the grid's middle."""
+    corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) * GRID.spacing
+    faces = [
+        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+        (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+    ]  # fmt: skip
+    return obstacle_from_mesh(corners, np.array(faces))
+
+
+def test_a_refined_splash_stays_out_of_an_obstacle():
+    low, high = np.array([-6, -8, 0]), np.array([6, 8, 20])
+    steps = [DropletSettings(amount=0.02), WaveSettings(amplitude=0.003)]
+    refined = Refiner(sheet().fields(), obstacles=[block(low, high)], offset=0.25).refine(steps)
+    cells = refined.mesh.vertices / GRID.spacing
+    depth = np.minimum(cells - low, high - cells).min(axis=1)
+    assert depth.max() < 0.1
+    assert (edge_uses(refined.mesh) == 2).all()
+    free = Refiner(sheet().fields()).refine(steps)
+    depth = np.minimum(
+        free.mesh.vertices / GRID.spacing - low, high - free.mesh.vertices / GRID.spacing
+    )
+    assert depth.min(axis=1).max() > 1, "without it the liquid is there"
+
+
+def test_an_obstacle_around_everything_is_an_error():
+    refiner = Refiner(sheet().fields(), obstacles=[block([-23] * 3, [23] * 3)])
+    with pytest.raises(ObstacleError, match="swallow the whole splash"):
+        refiner.refine([])
