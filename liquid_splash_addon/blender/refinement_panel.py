@@ -45,6 +45,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
 
     bl_label = "Refinements"
     bl_parent_id = "SPLASH_PT_main"
+    bl_order = 1
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -85,6 +86,7 @@ class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
 
     bl_label = "Obstacles"
     bl_parent_id = "SPLASH_PT_main"
+    bl_order = 2
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
@@ -111,6 +113,7 @@ def draw_settings(layout: Any, stack: Any) -> None:
     item = stack.items[stack.active]
     column = layout.column()
     column.use_property_split = True
+    column.use_property_decorate = False
     column.active = item.show
     for field in fields(item.settings):
         column.prop(item.group, field.name)

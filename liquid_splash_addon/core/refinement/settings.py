@@ -51,7 +51,7 @@ class DropletSettings(RefinementSettings):
         0.35, "Spread", "How much the sizes differ: 0 for drops of one size", low=0.0, high=1.0
     )
     flight: float = setting(
-        0.0167, "Flight (s)", "Seconds that the drops have flown: how far they are",
+        0.0167, "Flight", "Seconds that the drops have flown: how far they are",
         low=0.004, high=0.1,
     )  # fmt: skip
     cohesion: float = setting(
@@ -89,7 +89,7 @@ class RuptureSettings(RefinementSettings):
         0.35, "Spread", "How much the sizes differ: 0 for one size", low=0.0, high=1.0
     )
     depth: float = setting(
-        0.0167, "Depth (s)", "Seconds that the air is followed back: how deep it cuts",
+        0.0167, "Depth", "Seconds that the air is followed back: how deep it cuts",
         low=0.004, high=0.1,
     )  # fmt: skip
     seed: int = setting(0, "Seed", "Which of all possible ruptures", low=0, high=2**31 - 1)
@@ -104,21 +104,21 @@ class WaveSettings(RefinementSettings):
 
     amplitude: float = setting(
         0.0012,
-        "Amplitude (m)",
+        "Amplitude",
         "Height of the waves in metres where the surface is most curved: at rims and fronts",
         low=0.0,
         high=0.003,
     )
     frequency: float = setting(
         8.0,
-        "Frequency (Hz)",
+        "Frequency",
         "Waves per second that leave the fronts. The wavelength is speed over frequency",
         low=1.0,
         high=10.0,
     )
     speed: float = setting(
         0.15,
-        "Speed (m/s)",
+        "Speed",
         "Speed at which waves travel over the surface. The wavelength is speed over frequency",
         low=0.1,
         high=1.0,
@@ -132,7 +132,7 @@ class WaveSettings(RefinementSettings):
     )
     reach: float = setting(
         0.08,
-        "Reach (m)",
+        "Reach",
         "Distance in metres that the waves travel from the fronts",
         low=0.0,
         high=0.4,
