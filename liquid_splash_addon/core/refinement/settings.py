@@ -112,14 +112,14 @@ class WaveSettings(RefinementSettings):
     frequency: float = setting(
         8.0,
         "Frequency",
-        "Waves per second that leave the fronts. The wavelength is speed over frequency",
+        "Waves per second (Hz) that leave the fronts. The wavelength is speed over frequency",
         low=1.0,
         high=10.0,
     )
     speed: float = setting(
         0.15,
         "Speed",
-        "Speed at which waves travel over the surface. The wavelength is speed over frequency",
+        "Speed (m/s) of the waves on the surface. The wavelength is speed over frequency",
         low=0.1,
         high=1.0,
     )
