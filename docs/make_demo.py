@@ -24,7 +24,8 @@ from mathutils import Vector
 import liquid_splash_addon
 from liquid_splash_addon.blender import sketch as sketches
 from liquid_splash_addon.core.refinement.presets import PRESETS
-from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
+from liquid_splash_addon.core.sketches import PRESETS as PRESET_SKETCHES
+from liquid_splash_addon.core.sketches import example_sketch
 
 VIEW = Vector((0.25, 1.0, -0.28)).normalized()
 LENS = 70.0
@@ -68,7 +69,9 @@ def read_options() -> argparse.Namespace:
     """Return the command line's options."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of the results")
-    parser.add_argument("--sketch", choices=sorted(SKETCHES), default="crown")
+    parser.add_argument(
+        "--sketch", choices=sorted(map(str.lower, PRESET_SKETCHES)), default="crown"
+    )
     parser.add_argument("--strokes", action="store_true", help="show them in the picture")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--refine", choices=["NONE", *PRESETS], default="FRESH", help="preset")

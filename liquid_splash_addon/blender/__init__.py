@@ -7,11 +7,15 @@
     mesh_object    core's Splash -> a mesh object with its velocity, frame and fields
     material       the shared water material
     generation     one run: snapshot the scene, compute (no bpy, any thread), write the result
+    sketch         new Grease Pencil objects to draw on; sketch_presets adds drawn ones
     job            a run in a worker thread, with progress and cancelling
     dependencies   packages that Blender does not bring along, and how to install them
     generators     loaded weights, kept until the add-on goes
     obstacles      the meshes that each splash keeps out of
     refinements    the list of refinements on each splash; evaluation refines anew on a change
+    layers         a splash for each layer of a sketch; targets tells which splash is meant
+    model          several splashes as one: model_parts lists them, model_evaluation joins them
+    live           evaluates what was changed, splash or model, in a thread
     properties, preferences, operators, panels   what Blender registers
 """
 
@@ -22,6 +26,12 @@ import bpy
 
 from . import (
     evaluation,
+    live,
+    model,
+    model_evaluation,
+    model_operators,
+    model_panel,
+    model_parts,
     obstacles,
     operators,
     panels,
@@ -30,18 +40,26 @@ from . import (
     refinement_operators,
     refinement_panel,
     refinements,
+    sketch_presets,
 )
 
 MODULES = (
     properties,
+    model,
     refinements,
     obstacles,
     preferences,
     evaluation,
+    model_evaluation,
+    live,
+    model_parts,
     operators,
+    model_operators,
+    sketch_presets,
     refinement_operators,
     panels,
     refinement_panel,
+    model_panel,
 )
 
 

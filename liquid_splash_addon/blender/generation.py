@@ -7,11 +7,12 @@ whatever fails before leaves it as it was.
 
 from __future__ import annotations
 
+import hashlib
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -25,6 +26,7 @@ from .obstacles import obstacles_of
 from .preferences import keep_precision, known_precision, weights_path
 from .properties import assign_settings, plain
 from .refinements import steps_of
+from .targets import Target
 
 if TYPE_CHECKING:
     from ..core.meshing import Mesh
@@ -37,19 +39,13 @@ class SceneError(ValueError):
     """Something in the scene that stands in the way; the message says what to do."""
 
 
-class Target(NamedTuple):
-    """What a run works on; no splash means that a new one is to be made."""
-
-    sketch: bpy.types.Object
-    splash: bpy.types.Object | None
-
-
 @dataclass(frozen=True)
 class Request:
     """All that a run needs, read from the scene."""
 
     sketch: int  # session_uid, which outlives undo; a reference to an object does not
     splash: int | None
+    layer: str
     drawings: list[Drawing]
     warnings: list[str]
     settings: SplashSettings
@@ -61,6 +57,19 @@ class Request:
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
+
+    @property
+    def digest(self) -> str:
+        """What tells strokes, settings, obstacles and weights from any others."""
+        from ..core.obstacles import digest
+
+        found = hashlib.sha256()
+        for drawing in self.drawings:
+            for values in (drawing.points, drawing.times, drawing.pressures):
+                found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
+        around = (digest(self.obstacles), self.clearance) if self.obstacles else ()
+        found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
+        return found.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -77,26 +86,6 @@ class Result:
     warnings: list[str]
 
 
-def find_target(context: bpy.types.Context) -> Target | None:
-    """Return the active sketch and its splash, or the active splash and its sketch."""
-    active = context.active_object
-    if active is None:
-        return None
-    if active.type == "GREASEPENCIL":
-        return Target(active, splash_of(active, context.scene))
-    if active.splash.is_splash and active.splash.sketch is not None:
-        return Target(active.splash.sketch, active)
-    return None
-
-
-def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object | None:
-    """Return the first splash in the scene that is made of ``sketch``."""
-    for item in scene.objects:
-        if item.splash.is_splash and item.splash.sketch == sketch:
-            return item
-    return None
-
-
 def snapshot(
     context: bpy.types.Context, target: Target, settings: SplashSettings, realign: bool = False
 ) -> Request:
@@ -108,16 +97,20 @@ def snapshot(
     if missing := dependencies.missing_packages():
         raise SceneError(f"Not installed: {', '.join(missing)}. The Splash panel says how to")
     context.view_layer.update()  # world matrices after moves by script
-    sketch, splash = target
+    sketch, splash, layer = target
     if splash is not None:
         check_writable(splash)
-    drawings, warnings = read_drawings(sketch)
+        layer = splash.splash.layer
+    if layer and layer not in sketch.data.layers:
+        raise SceneError(lost_layer(layer, sketch))
+    drawings, warnings = read_drawings(sketch, layer)
     check_drawings(drawings)
     memory = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     return Request(
         sketch=sketch.session_uid,
         splash=splash.session_uid if splash is not None else None,
+        layer=layer,
         drawings=drawings,
         warnings=warnings,
         settings=settings,
@@ -129,6 +122,14 @@ def snapshot(
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
+    )
+
+
+def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
+    """Return what to say about a splash whose layer is gone."""
+    return (
+        f"Layer '{layer}' of '{sketch.name}' was deleted or renamed: its splash is kept as it is. "
+        "Choose another layer under Last Run, or delete the splash"
     )
 
 
@@ -204,14 +205,14 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
         raise SceneError("The sketch or its splash was deleted meanwhile")
     context.view_layer.update()
     if splash is None:
-        splash = mesh_object.new_object(context, sketch)
+        splash = mesh_object.new_object(context, sketch, request.layer)
         if sketch.mode == "OBJECT":  # else leave the artist in the middle of the drawing
             select_only(context, splash)
     else:
         check_writable(splash)
         mesh_object.follow_sketch(splash, sketch)
     mesh_object.write_mesh(splash.data, result.mesh)
-    splash.data[mesh_object.FIELDS] = result.fields
+    mesh_object.store_fields(splash.data, result.fields)
     context.view_layer.update()
     remember(splash, sketch, request, result)
     if not request.precision:
@@ -228,6 +229,7 @@ def remember(
     memory = splash.splash
     assign_settings(memory.settings, request.settings)
     memory.version = addon_version()
+    memory.made_of = request.digest
     memory.frame = frame_to_text(result.frame)
     memory.frame_real_size = request.settings.real_size
     memory.weights_hash = result.weights_hash

@@ -35,24 +35,25 @@ def rigid_matrix(item: bpy.types.Object) -> Matrix:
     return Matrix.LocRotScale(location, rotation, None)
 
 
-def read_drawings(sketch: bpy.types.Object) -> tuple[list[Drawing], list[str]]:
+def read_drawings(sketch: bpy.types.Object, only: str = "") -> tuple[list[Drawing], list[str]]:
     """Return the sketch's strokes at the current frame, in drawing space, and warnings.
 
     Layers without a drawing at this frame are left out, and hidden layers with a warning. The
     sketch's modifiers are not applied: they would part the points from their times.
+
+    only : the name of a layer, hidden or not, that alone is read.
     """
     drawings, warnings, skipped = [], [], 0
     to_drawing = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
     unbent = 0
     for layer in sketch.data.layers:
-        frame = layer.current_frame()
-        if frame is None or len(frame.drawing.curve_offsets) < 2:
+        if not has_strokes(layer) or (only and layer.name != only):
             continue
-        if is_hidden(layer):
+        if is_hidden(layer) and not only:
             skipped += 1
             continue
         matrix = to_drawing @ layer_matrix(sketch, layer)
-        for stroke in raw_strokes(frame.drawing):
+        for stroke in raw_strokes(layer.current_frame().drawing):
             unbent += stroke.curve_type == NURBS
             drawings.append(to_drawing_space(stroke, matrix))
     if skipped:
@@ -60,6 +61,19 @@ def read_drawings(sketch: bpy.types.Object) -> tuple[list[Drawing], list[str]]:
     if unbent:
         warnings.append(f"{unbent} NURBS stroke(s) read as straight lines between control points")
     return drawings_with_pressure(drawings), warnings
+
+
+def drawn_layers(sketch: bpy.types.Object) -> list[str]:
+    """Return the names of the visible layers that have strokes at the current frame."""
+    return [
+        layer.name for layer in sketch.data.layers if has_strokes(layer) and not is_hidden(layer)
+    ]
+
+
+def has_strokes(layer: Any) -> bool:
+    """Whether a layer has strokes at the current frame."""
+    frame = layer.current_frame()
+    return frame is not None and len(frame.drawing.curve_offsets) > 1
 
 
 def is_hidden(layer: Any) -> bool:

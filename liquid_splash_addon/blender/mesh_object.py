@@ -38,18 +38,44 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
     data.update(calc_edges=True)
 
 
+def store_fields(data: bpy.types.Mesh, fields: bytes) -> None:
+    """Keep a splash's compressed fields with its mesh."""
+    # Written over other bytes, Blender 4.5 takes new ones for text that ends at the first zero.
+    if FIELDS in data:
+        del data[FIELDS]
+    data[FIELDS] = fields
+
+
+def read_mesh(data: bpy.types.Mesh) -> Mesh:
+    """Return the triangles of ``data``, without velocities."""
+    from ..core.meshing import Mesh
+
+    data.calc_loop_triangles()
+    vertices = np.empty((len(data.vertices), 3), dtype=np.float32)
+    faces = np.empty((len(data.loop_triangles), 3), dtype=np.int32)
+    data.vertices.foreach_get("co", vertices.ravel())
+    data.loop_triangles.foreach_get("vertices", faces.ravel())
+    return Mesh(vertices, faces, np.zeros_like(vertices))
+
+
 def flat(values: np.ndarray) -> np.ndarray:
     """Return ``values`` in the one form that ``foreach_set`` copies without converting."""
     return np.ascontiguousarray(values, dtype=np.float32).ravel()
 
 
-def new_object(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Object:
-    """Return a new, empty splash object that stands where ``sketch`` stands."""
-    splash = bpy.data.objects.new("Splash", bpy.data.meshes.new("Splash"))
+def new_object(
+    context: bpy.types.Context, sketch: bpy.types.Object, layer: str = ""
+) -> bpy.types.Object:
+    """Return a new, empty splash object that stands where ``sketch`` stands.
+
+    layer : of the sketch, of which alone the splash is to be made.
+    """
+    name = f"Splash {layer}" if layer else "Splash"
+    splash = bpy.data.objects.new(name, bpy.data.meshes.new(name))
     splash.data.materials.append(water_material())
     home(context, sketch).objects.link(splash)
     splash.matrix_world = rigid_matrix(sketch)
-    splash.splash.sketch = sketch
+    splash.splash.sketch, splash.splash.layer = sketch, layer
     return splash
 
 
@@ -70,17 +96,27 @@ def follow_sketch(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
     then, now = matrix(splash.splash.sketch_matrix), rigid_matrix(sketch)
     moved = now @ then.inverted()
     carried = moved @ matrix(splash.splash.splash_matrix)
-    if not is_child(splash, sketch) and not is_near(splash.matrix_world, carried):
-        splash.matrix_world = moved @ splash.matrix_world
+    place = world_matrix(splash)
+    if not is_child(splash, sketch) and not is_near(place, carried):
+        splash.matrix_world = moved @ place
 
 
 def remember_place(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
     """Note where splash and sketch stand, for the next :func:`follow_sketch`."""
     for name, place in (
         ("sketch_matrix", rigid_matrix(sketch)),
-        ("splash_matrix", splash.matrix_world),
+        ("splash_matrix", world_matrix(splash)),
     ):
         setattr(splash.splash, name, [value for row in place for value in row])
+
+
+def world_matrix(item: bpy.types.Object) -> Matrix:
+    """Return ``matrix_world``, also of hidden objects: Blender does not keep theirs up to date."""
+    if item.constraints or item.parent_type != "OBJECT":
+        return item.matrix_world.copy()
+    if item.parent is None:
+        return item.matrix_basis.copy()
+    return world_matrix(item.parent) @ item.matrix_parent_inverse @ item.matrix_basis
 
 
 def matrix(values: bpy.types.bpy_prop_array) -> Matrix:

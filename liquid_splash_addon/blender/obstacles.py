@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 from bpy.props import FloatProperty, PointerProperty
 
 from .grease_pencil import rigid_matrix
+from .model import changed
 from .properties import plain
 
 if TYPE_CHECKING:
@@ -20,15 +21,8 @@ SOLID_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")
 """Objects whose evaluated form has faces."""
 
 
-def changed(group: Any, _context: bpy.types.Context) -> None:
-    """Evaluate the splash anew."""
-    from . import evaluation
-
-    evaluation.request(group.id_data)
-
-
 class SplashObstaclesGroup(bpy.types.PropertyGroup):
-    """What a splash keeps out of."""
+    """What a splash or a model keeps out of."""
 
     collection: PointerProperty(
         type=bpy.types.Collection,
@@ -68,9 +62,10 @@ def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
 def solids(
     collection: bpy.types.Collection, splash: bpy.types.Object
 ) -> Iterator[bpy.types.Object]:
-    """Yield the visible objects with faces; no splash is its own obstacle, or another's."""
+    """Yield the visible objects with faces; liquid is no obstacle."""
     for item in collection.all_objects:
-        if item.type in SOLID_TYPES and item.visible_get() and not item.splash.is_splash:
+        is_liquid = item.splash.is_splash or item.splash_model.is_model
+        if item.type in SOLID_TYPES and item.visible_get() and not is_liquid:
             yield item
 
 

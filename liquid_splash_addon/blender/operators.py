@@ -12,7 +12,7 @@ import bpy
 
 from ..core.settings import SplashSettings
 from ..core.strokes import StrokeError
-from . import dependencies, generation, job
+from . import dependencies, generation, job, targets
 from .properties import assign_settings, settings_properties, to_settings
 
 TICK = 0.1
@@ -39,11 +39,12 @@ class SplashMaker:
     __annotations__ = settings_properties(options={"SKIP_SAVE"})
     realign = False
     needs_splash = True
+    compute = staticmethod(generation.compute)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there are strokes to start from, and no other run."""
-        target = generation.find_target(context)
+        target = targets.find_target(context)
         if job.running is not None:
             cls.poll_message_set("A splash is being made: press Esc to stop it")
         elif target is None:
@@ -60,9 +61,7 @@ class SplashMaker:
         manager.progress_begin(0, 100)
         try:
             request = self.request(context)
-            result = generation.compute(
-                request, lambda _, done: manager.progress_update(100 * done)
-            )
+            result = self.compute(request, lambda _, done: manager.progress_update(100 * done))
             self.finish(context, request, result)
         except user_errors() as error:
             self.report({"ERROR"}, str(error))
@@ -80,7 +79,7 @@ class SplashMaker:
         except user_errors() as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        job.start(partial(generation.compute, self._request))
+        job.start(partial(type(self).compute, self._request))
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
@@ -118,9 +117,9 @@ class SplashMaker:
         with leaving(self, context):
             pass
 
-    def request(self, context: bpy.types.Context) -> generation.Request:
+    def request(self, context: bpy.types.Context) -> Any:
         """Snapshot the scene; afterwards the operator's properties hold all the settings."""
-        target = generation.find_target(context)
+        target = targets.find_target(context)
         owner = target.splash if target.splash is not None else context.scene
         settings = self.chosen_settings(to_settings(owner.splash.settings))
         request = generation.snapshot(context, target, settings, self.realign)

@@ -10,7 +10,9 @@ from typing import Any
 import bpy
 
 from ..core.settings import SplashSettings
-from . import dependencies, generation, job, operators
+from . import dependencies, job, model_operators, operators, sketch_presets
+from .model import active_part
+from .targets import find_target
 
 SLIDERS = {"variation", "surface_threshold"}
 PIXELS_A_LETTER = 6.5
@@ -34,7 +36,9 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         """Show the buttons, or how far the running splash is."""
         layout = self.layout
         draw_missing(layout, context)
-        layout.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
+        row = layout.row(align=True)
+        row.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
+        row.menu(sketch_presets.SPLASH_MT_preset_sketches.bl_idname)
         main = layout.column()
         main.scale_y = 1.5
         if job.running is None:
@@ -44,6 +48,9 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
+        row = layout.row(align=True)
+        row.operator(model_operators.SPLASH_OT_generate_layers.bl_idname, icon="RENDERLAYERS")
+        row.operator(model_operators.SPLASH_OT_combine.bl_idname, icon="MOD_BOOLEAN")
 
 
 class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
@@ -73,6 +80,7 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
 
     bl_label = "Last Run"
     bl_parent_id = "SPLASH_PT_main"
+    bl_order = 9
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -89,6 +97,8 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
             draw_text(layout.box(), context, warning, "ERROR")
         layout.use_property_split = True
         layout.prop(memory, "sketch")
+        if memory.sketch is not None:
+            layout.prop_search(memory, "layer", memory.sketch.data, "layers")
 
 
 def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
@@ -96,7 +106,9 @@ def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
     active = context.active_object
     if active is not None and active.splash.is_splash:
         return active
-    target = generation.find_target(context)
+    if part := active_part(active):
+        return part
+    target = find_target(context)
     return target.splash if target is not None else None
 
 

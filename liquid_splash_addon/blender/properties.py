@@ -89,7 +89,14 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
         poll=lambda _, candidate: candidate.type == "GREASEPENCIL",
         update=forget_frame,
     )
+    layer: StringProperty(
+        name="Layer",
+        description="Layer of the sketch that this splash is made of; empty for all visible ones",
+        update=forget_frame,
+    )
     settings: PointerProperty(type=SplashSettingsGroup)
+    made_of: StringProperty(description="What tells the strokes and settings from any others")
+    is_covered: BoolProperty(description="Whether it is hidden because a model shows it")
     version: StringProperty(description="Version of the add-on that made this splash")
     # Text, because Blender's number properties are single precision and would turn the frame.
     frame: StringProperty(description="Local frame of the strokes: axes, centre and scale")

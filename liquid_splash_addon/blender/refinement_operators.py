@@ -8,7 +8,7 @@ from bpy.props import EnumProperty
 
 from ..core.refinement.presets import PRESETS
 from ..core.refinement.settings import KINDS
-from . import evaluation
+from . import evaluation, live
 from .generation import check_writable
 from .panels import shown_splash
 from .refinements import ITEMS, add_step
@@ -41,7 +41,7 @@ class StackOperator:
             if bpy.app.background:
                 evaluation.evaluate(splash)
             else:
-                evaluation.request(splash)
+                live.request(splash)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from . import evaluation
+from . import live
 from . import refinement_operators as operators
 from .panels import SplashPanel, draw_text, shown_splash
 
@@ -75,7 +75,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         row.operator(operators.SPLASH_OT_refinement_apply.bl_idname, text="Apply", icon="CHECKMARK")
         draw_settings(layout, stack)
         # The first use of a kind compiles it: that takes seconds, and should not look idle.
-        if text := evaluation.stage_of(splash) or stack.summary:
+        if text := live.stage_of(splash) or stack.summary:
             layout.label(text=text)
         for warning in filter(None, stack.warnings.split("\n")):
             draw_text(layout.box(), context, warning, "ERROR")

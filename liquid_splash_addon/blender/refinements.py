@@ -16,16 +16,10 @@ from bpy.props import (
 )
 
 from ..core.refinement.settings import KINDS, RefinementSettings
+from .model import changed
 from .properties import assign_settings, settings_properties, to_settings
 
 ITEMS = [(kind, settings.label, settings.about) for kind, settings in KINDS.items()]
-
-
-def changed(group: Any, _context: bpy.types.Context) -> None:
-    """Evaluate the splash anew after a change of its list by hand or by script."""
-    from . import evaluation
-
-    evaluation.request(group.id_data)
 
 
 def make_group(kind: str, settings: type[RefinementSettings]) -> type[bpy.types.PropertyGroup]:

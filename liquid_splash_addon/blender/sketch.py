@@ -11,6 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.drawing import Drawing
+from .generation import select_only
 
 INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
@@ -18,8 +19,10 @@ INK_RADIUS = 0.01
 """Radius of a stroke that is drawn at full pressure, in Blender units."""
 
 
-def new_sketch(context: bpy.types.Context, matrix: Matrix | None = None) -> bpy.types.Object:
-    """Return a new Grease Pencil object with an empty layer, by default at the 3D cursor.
+def new_sketch(
+    context: bpy.types.Context, matrix: Matrix | None = None, layers: Sequence[str] = ("Strokes",)
+) -> bpy.types.Object:
+    """Return a new Grease Pencil object with empty layers, by default at the 3D cursor.
 
     It shows through the splash in the viewport, and is left out of renders.
     """
@@ -28,9 +31,10 @@ def new_sketch(context: bpy.types.Context, matrix: Matrix | None = None) -> bpy.
     data = blocks.new("Splash Sketch")
     data.materials.append(ink_material())
     data.stroke_depth_order = "3D"
-    layer = data.layers.new("Strokes")
-    layer.use_lights = False
-    layer.frames.new(context.scene.frame_current)
+    for name in layers:
+        layer = data.layers.new(name)
+        layer.use_lights = False
+        layer.frames.new(context.scene.frame_current)
     sketch = bpy.data.objects.new("Splash Sketch", data)
     context.collection.objects.link(sketch)
     sketch.matrix_world = matrix or Matrix.Translation(context.scene.cursor.location)
@@ -42,15 +46,18 @@ def new_sketch(context: bpy.types.Context, matrix: Matrix | None = None) -> bpy.
 
 def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
     """Make ``sketch`` active and enter draw mode, on a plane through the 3D cursor."""
-    from .generation import select_only
-
-    if context.active_object is not None and context.active_object.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
+    leave_mode(context)
     select_only(context, sketch)
     tools = context.scene.tool_settings
     tools.gpencil_stroke_placement_view3d = "CURSOR"
     tools.gpencil_sculpt.lock_axis = "VIEW"
     bpy.ops.object.mode_set(mode="PAINT_GREASE_PENCIL")
+
+
+def leave_mode(context: bpy.types.Context) -> None:
+    """Enter Object Mode, whatever the active object is in."""
+    if context.active_object is not None and context.active_object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def ink_material() -> bpy.types.Material:
@@ -63,12 +70,12 @@ def ink_material() -> bpy.types.Material:
     return material
 
 
-def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing]) -> None:
-    """Append ``drawings``, in the sketch's own space, to the drawing of its first layer.
+def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: Any = None) -> None:
+    """Append ``drawings``, in the sketch's own space, to the drawing of a layer, or of its first.
 
     Their times become ``delta_time`` and their pressures thickness, as if drawn by hand.
     """
-    drawing = sketch.data.layers[0].current_frame().drawing
+    drawing = (layer or sketch.data.layers[0]).current_frame().drawing
     before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
     drawing.add_strokes([len(d.points) for d in drawings])
     append_values(drawing, "position", before, np.concatenate([d.points for d in drawings]))

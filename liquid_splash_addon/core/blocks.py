@@ -95,6 +95,13 @@ class Blocks:
         block = grid.crop((margin,) * 3, (SIDE,) * 3)
         return Clearance(np.ascontiguousarray(distance), band, block)
 
+    def level_at(self, points: np.ndarray) -> np.ndarray:
+        """Return the level (cells) of the cells that hold ``points`` ``(n, 3)``, drawing units."""
+        cells = np.clip(self.grid.cell_of(points), -1, self.grid.shape)
+        number = self.table()[tuple((cells // SIDE + 1).T)]
+        here = tuple((cells % SIDE).T)
+        return np.where(number < 0, np.float32(self.air), self.level[number, *here])
+
     def mesh(self) -> Mesh:
         """Return the liquid's surface in drawing units: closed, normals outward.
 

@@ -27,7 +27,9 @@ class NetworkConfig:
     ----------
     widths : channels of the draft's levels; the first level has half the draft's resolution
     encoder_blocks, decoder_blocks : residual blocks of each level (the decoder has one level less)
-    detail_widths, detail_blocks : the same of the detail network's two levels
+    detail_widths : channels of the detail network's two levels
+    detail_blocks : its residual blocks: going down, at the coarse level, and going up. The fine
+        level costs most of a splash, so there are few
     latent_channels : channels of the latent
     latent_cells : cells of the latent's lattice along each side of the local box
     """
@@ -36,7 +38,7 @@ class NetworkConfig:
     encoder_blocks: tuple[int, ...] = (1, 2, 2, 2)
     decoder_blocks: tuple[int, ...] = (1, 1, 1)
     detail_widths: tuple[int, int] = (24, 48)
-    detail_blocks: tuple[int, int] = (1, 2)
+    detail_blocks: tuple[int, int, int] = (0, 2, 1)
     latent_channels: int = 8
     latent_cells: int = 8
 
@@ -68,7 +70,7 @@ class ResidualBlock(nn.Module):
         self.second = silent(convolution(width, width, 3))
 
     def forward(self, x: Tensor) -> Tensor:
-        return F.relu(x + self.second(F.relu(self.first(x))))
+        return F.relu_(x + self.second(F.relu_(self.first(x))))
 
 
 def blocks(width: int, count: int) -> nn.Sequential:
@@ -172,7 +174,7 @@ class DetailNetwork(nn.Module):
         self.encoder = blocks(fine, config.detail_blocks[0])
         self.middle = blocks(coarse, config.detail_blocks[1])
         self.up = convolution(coarse, fine, 1)
-        self.decoder = blocks(fine, config.detail_blocks[0])
+        self.decoder = blocks(fine, config.detail_blocks[2])
         self.head = silent(convolution(fine, 8 * OUTPUT_CHANNELS, 1))
 
     def forward(self, condition: Tensor, draft: Draft) -> Tensor:
@@ -184,11 +186,14 @@ class DetailNetwork(nn.Module):
         dtype = self.stem.weight.dtype
         shown = torch.cat([torch.tanh(draft.output[:, :1] / 4), draft.output[:, 1:]], dim=1)
         x = self.stem(condition.to(dtype)) + self.from_output(shown.to(dtype))
-        x = self.encoder(F.relu(x))
-        y = F.relu(self.down(x) + self.from_features(draft.features))
+        x = self.encoder(F.relu_(x))
+        y = F.relu_(self.down(x) + self.from_features(draft.features))
         y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")
-        x = self.decoder(F.relu(x + y))
-        return unfold(self.head(x).float() + draft.output.repeat_interleave(8, dim=1))
+        x = self.decoder(F.relu_(x + y))
+        # Added before it is unfolded, in the networks' own format and layout: the result is the
+        # largest array of all, and every pass over it costs as much as a convolution.
+        base = draft.output.to(dtype).repeat_interleave(8, dim=1)
+        return unfold(self.head(x) + base.contiguous(memory_format=torch.channels_last_3d)).float()
 
 
 class SplashNetwork(nn.Module):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -127,6 +128,14 @@ def obstacle_from_mesh(vertices: np.ndarray, faces: np.ndarray, name: str = "") 
         f"{label} is not closed (holes of {share:.0%} of its area): it counts as a thin sheet. "
         "For a solid one fill its holes and recalculate its normals, or add a Solidify modifier",
     )
+
+
+def digest(obstacles: Sequence[Obstacle]) -> str:
+    """Return what tells these obstacles from any others."""
+    found = hashlib.sha256()
+    for obstacle in obstacles:
+        found.update(obstacle.triangles.tobytes())
+    return found.hexdigest()[:16]
 
 
 def signed_distance(obstacle: Obstacle, grid: Grid, band: float = BAND) -> np.ndarray:

@@ -116,3 +116,39 @@ def check_setting(name: str, value: Any, limits: Any) -> None:
             raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
     elif not limits["low"] <= value <= limits["high"]:
         raise ValueError(f"{name} must be from {limits['low']} to {limits['high']}, not {value}")
+
+
+@dataclass(frozen=True)
+class ModelSettings(Settings):
+    """How the splashes of a model are joined. Mirrors and axis are the model's own."""
+
+    blend: float = setting(
+        2.0,
+        "Blend",
+        "Width of the smooth joint between splashes, in cells of the finest: 0 for a sharp one",
+        low=0.0,
+        high=8.0,
+    )
+    mirror_x: bool = setting(
+        False, "X", "Add the mirror image along the model's X axis", low=False, high=True
+    )
+    mirror_y: bool = setting(
+        False, "Y", "Add the mirror image along the model's Y axis", low=False, high=True
+    )
+    mirror_z: bool = setting(
+        False, "Z", "Add the mirror image along the model's Z axis", low=False, high=True
+    )
+    count: int = setting(
+        1, "Radial Count", "Copies around the model's axis, the first included", low=1, high=32
+    )
+    axis: str = setting(
+        "Z",
+        "Radial Axis",
+        "Axis of the model around which the copies stand",
+        items=tuple((name, name, f"The model's {name} axis") for name in "XYZ"),
+    )
+
+    @property
+    def mirrors(self) -> tuple[bool, bool, bool]:
+        """Along which axes it is mirrored."""
+        return self.mirror_x, self.mirror_y, self.mirror_z

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .generator import Generator
     from .network import SplashNetwork
 
-FORMAT = "liquid-splash-generator-2"
+FORMAT = "liquid-splash-generator-3"
 
 REQUIRED = (
     "network", "velocity_scale", "fastest", "thresholds", "local_cells", "local_spacing",
@@ -136,7 +136,7 @@ def build(
         network = SplashNetwork(NetworkConfig(**shape))
         tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}
         network.load_state_dict(tensors)
-    except (SafetensorError, RuntimeError, TypeError) as error:
+    except (SafetensorError, RuntimeError, TypeError, IndexError) as error:
         raise WeightsError(
             f"{path} is damaged (its tensors do not fit its header): install the add-on again"
         ) from error

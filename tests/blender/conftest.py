@@ -23,3 +23,15 @@ def tubes(monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.blender.sketching import TubeGenerator
 
     monkeypatch.setattr(generators, "get", lambda *_: TubeGenerator())
+
+
+@pytest.fixture
+def thick_drafts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every splash be a draft of thick tubes, which can be joined without loss."""
+    import bpy
+
+    from liquid_splash_addon.blender import generators
+    from tests.blender.modelling import ThickTubes
+
+    monkeypatch.setattr(generators, "get", lambda *_: ThickTubes())
+    bpy.context.scene.splash.settings.resolution = "64"

@@ -25,6 +25,8 @@ class TubeGenerator:
     device = "cpu"
     fastest = 5.0
     config = SimpleNamespace(latent_channels=1, latent_cells=8)
+    radius = 1.7
+    """Of the tubes, in cells of a draft."""
 
     def generate(
         self,
@@ -36,7 +38,7 @@ class TubeGenerator:
         """Return the tubes, as ``core.generator.Generator.generate`` returns a splash."""
         self.obstacle = obstacle
         away, nearest = distance_transform_edt(condition[0] == 0, return_indices=True)
-        distance = gaussian_filter(away, 1.2) - 1.7 * grid.shape[0] / 64
+        distance = gaussian_filter(away, 1.2) - self.radius * grid.shape[0] / 64
         if latent is not None:
             distance += zoom(latent[0], grid.shape[0] // latent.shape[1], order=1)
         distance = np.clip(distance, -AIR, AIR).astype(np.float32)

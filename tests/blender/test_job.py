@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import generation, job
+from liquid_splash_addon.blender import generation, job, targets
 from liquid_splash_addon.core.pipeline import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.sketching import add_sketch, fan, generate, vertices
@@ -59,7 +59,7 @@ def test_errors_come_back_to_the_caller():
 def test_a_splash_made_in_a_thread_is_the_same(tubes):
     """And the computation can do without bpy, whose data a thread must not touch."""
     add_sketch(fan())
-    target = generation.find_target(bpy.context)
+    target = targets.find_target(bpy.context)
     settings = SplashSettings(resolution="64", seed=4, variation=1)
     request = generation.snapshot(bpy.context, target, settings)
     result = job.Job(lambda report: generation.compute(request, report)).result()
@@ -72,7 +72,7 @@ def test_a_splash_made_in_a_thread_is_the_same(tubes):
 
 def test_a_result_whose_sketch_was_deleted_is_dropped(tubes):
     sketch = add_sketch(fan())
-    target = generation.find_target(bpy.context)
+    target = targets.find_target(bpy.context)
     request = generation.snapshot(bpy.context, target, SplashSettings(resolution="64"))
     result = generation.compute(request, lambda stage, share: None)
     bpy.data.objects.remove(sketch)

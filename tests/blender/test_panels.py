@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.blender import dependencies, job
+from liquid_splash_addon.blender.model_panel import SPLASH_PT_model, SPLASH_PT_model_waves
 from liquid_splash_addon.blender.panels import (
     SPLASH_PT_info,
     SPLASH_PT_main,
     SPLASH_PT_settings,
 )
+from tests.blender.modelling import crossing, generate_layers, part
 from tests.blender.sketching import add_sketch, fan, generate
 
 
@@ -44,7 +46,7 @@ def drawn(panel: Any) -> str:
 
 def test_the_buttons_are_there():
     said = drawn(SPLASH_PT_main)
-    for name in ("new_sketch", "generate", "regenerate", "realign"):
+    for name in ("new_sketch", "generate", "regenerate", "realign", "generate_layers", "combine"):
         assert f"splash.{name}" in said
 
 
@@ -64,7 +66,7 @@ def test_progress_takes_the_place_of_the_button(monkeypatch):
     running = SimpleNamespace(stage="Generating", fraction=0.5)
     monkeypatch.setattr(job, "running", running)
     said = drawn(SPLASH_PT_main)
-    assert "Generating (Esc stops)" in said and "splash.generate" not in said
+    assert "Generating (Esc stops)" in said and "splash.generate" not in said.split()
     with pytest.raises(RuntimeError, match="press Esc"):
         bpy.ops.splash.generate()
 
@@ -75,3 +77,19 @@ def test_what_is_missing_is_listed_with_the_command_to_install_it(monkeypatch):
     assert "Not installed: its-package." in drawn(SPLASH_PT_main)
     command = dependencies.install_command()
     assert sys.executable in command and f"its-package numpy=={np.__version__}" in command
+
+
+def test_a_model_shows_its_own_panel_and_the_settings_of_its_active_splash(thick_drafts):
+    assert not SPLASH_PT_model.poll(bpy.context)
+    model = generate_layers(crossing())
+    assert SPLASH_PT_model.poll(bpy.context) and SPLASH_PT_info.poll(bpy.context)
+    said = drawn(SPLASH_PT_model)
+    for text in ("SPLASH_UL_parts", "blend", "mirror_x", "count", "2 splash(es)", "part_remove"):
+        assert text in said
+    for number, name in enumerate(("Splash A", "Splash B")):
+        model.splash_model.active = number
+        assert name in drawn(SPLASH_PT_settings)
+    assert "amplitude" in drawn(SPLASH_PT_model_waves)
+    bpy.data.objects.remove(part("B"))
+    model.splash_model.settings.blend = 1.0
+    assert "was deleted" in drawn(SPLASH_PT_model)

@@ -17,8 +17,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender import evaluation, generators, job
-from tests.blender.sketching import TubeGenerator, add_sketch, fan, splashes
+from liquid_splash_addon.blender import (
+    evaluation,
+    generators,
+    job,
+    live,
+    model_evaluation,
+)
+from liquid_splash_addon.blender.sketch import add_strokes
+from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
 PATIENCE = 60.0
 """Seconds until a condition that does not come true is a failure."""
@@ -141,7 +148,7 @@ def refining() -> Iterator[Condition]:
     def is_evaluated() -> bool:
         (splash,) = splashes()
         now = evaluation.task_of(splash).name
-        return splash.splash_stack.evaluated == now and not evaluation.stage_of(splash)
+        return splash.splash_stack.evaluated == now and not live.stage_of(splash)
 
     def count() -> int:
         return len(splashes()[0].data.vertices)
@@ -178,10 +185,66 @@ def refining() -> Iterator[Condition]:
     assert not splashes(), "another file was opened meanwhile"
 
 
+def joining() -> Iterator[Condition]:
+    """Check that a model of two layers is live, and that deleting it gives the splashes back."""
+
+    def model() -> bpy.types.Object:
+        return next(item for item in bpy.context.scene.objects if item.splash_model.is_model)
+
+    def is_evaluated() -> bool:
+        now = model_evaluation.task_of(model()).name
+        return model().splash_model.evaluated == now and not live.stage_of(model())
+
+    def hidden() -> list[bool]:
+        return [item.hide_viewport and item.hide_render for item in splashes()]
+
+    sketch = draw()
+    layer = sketch.data.layers.new("Second")
+    layer.frames.new(bpy.context.scene.frame_current)
+    add_strokes(sketch, [line((0.5, -0.6, 0), (0.5, 0.6, 0))], layer)
+    bpy.ops.ed.undo_push(message="Layer")
+    assert press("splash.generate_layers") == {"RUNNING_MODAL"}
+    yield idle
+    assert len(splashes()) == 2 and hidden() == [False, False], "until the model stands for them"
+    yield is_evaluated
+    assert hidden() == [True, True] and bpy.context.active_object == model()
+    count = len(model().data.vertices)
+    assert count > 0
+    bpy.ops.ed.undo_push(message="Model")
+    settings = model().splash_model.settings
+    settings.blend = 0.5
+    settings.mirror_x = True  # before the first change was evaluated
+    yield is_evaluated
+    assert len(model().data.vertices) > 1.5 * count
+    settings.blend, settings.mirror_x = 2.0, False
+    yield is_evaluated
+    assert len(model().data.vertices) == count
+    part = model().splash_model.parts[1].splash  # the active one, which the panels show
+    part.splash.settings.surface_threshold = 0.2
+    assert press("splash.regenerate") == {"RUNNING_MODAL"}
+    yield idle
+    yield is_evaluated
+    assert len(model().data.vertices) != count, "it follows its splashes"
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window):
+        bpy.ops.object.delete("EXEC_DEFAULT", True)
+    yield lambda: hidden() == [False, False]
+    press("ed.undo")
+    yield lambda: hidden() == [True, True]
+    yield is_evaluated
+    while splashes():
+        press("ed.undo")
+    yield lambda: True
+    assert len(bpy.context.scene.objects) == 1
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield lambda: True
+
+
 def everything() -> Iterator[Condition]:
     """Check it all."""
     yield from steps()
     yield from refining()
+    yield from joining()
 
 
 def run(script: Iterator[Condition]) -> Callable[[], float | None]:

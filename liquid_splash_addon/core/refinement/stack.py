@@ -63,6 +63,11 @@ class Refined:
     warnings: list[str] = field(default_factory=list)
 
 
+def liquid_steps(steps: Sequence[RefinementSettings]) -> Steps:
+    """Return those of ``steps`` that change the liquid: all but the waves."""
+    return tuple(step for step in steps if type(step) in CHANGES)
+
+
 class Refiner:
     """Refines one splash, as often as its list changes.
 
@@ -97,21 +102,15 @@ class Refiner:
         report : see ``pipeline.Report``.
         """
         report = report or (lambda stage, share: None)
-        solid = tuple(step for step in steps if type(step) in CHANGES)
+        solid = liquid_steps(steps)
         waves = tuple(step for step in steps if isinstance(step, WaveSettings))
         count = len(steps) + 1
-        details = [self.base]
-        for number, step in enumerate(solid):
-            report(step.label, number / count)
-            details.append(self._change(details[-1], solid[: number + 1]))
-        self._forget(solid)
+        details = self._run(solid, report, count)
         report("Building surface", len(solid) / count)
         mesh = self._surface(details[-1].liquid, solid)
         gained = [detail.gained / max(self.base.liquid.volume, 1e-9) for detail in details[1:]]
         warnings = [warning for detail in details for warning in detail.warnings]
-        cloud = DropCloud.empty()
-        for detail in details:
-            cloud = cloud.joined(self._outside(detail.cloud))
+        cloud = self._free(details)
         for number, wave in enumerate(waves):
             report(wave.label, (len(solid) + 1 + number) / count)
             mesh, change, said = self._waves(mesh, wave, (*solid, *waves[:number]))
@@ -120,6 +119,39 @@ class Refiner:
         mesh = self._pushed_out(mesh.joined(cloud.mesh))
         warnings += [obstacle.warning for obstacle in self.obstacles if obstacle.warning]
         return Refined(mesh, cloud, gained, warnings)
+
+    def liquid(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Detail:
+        """Return what :meth:`refine` makes its mesh of: the liquid before the waves, and the drops.
+
+        Obstacles are carved out. Raises ObstacleError where that leaves nothing.
+        """
+        solid = liquid_steps(steps)
+        details = self._run(solid, report or (lambda stage, share: None), len(solid) + 1)
+        return Detail(
+            carve(details[-1].liquid, self.obstacles, self.offset),
+            sum(detail.gained for detail in details),
+            [warning for detail in details for warning in detail.warnings],
+            self._free(details),
+        )
+
+    def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
+        """Return the splash before and after each of the ``solid`` steps.
+
+        count : stages of the whole evaluation, for the report.
+        """
+        details = [self.base]
+        for number, step in enumerate(solid):
+            report(step.label, number / count)
+            details.append(self._change(details[-1], solid[: number + 1]))
+        self._forget(solid)
+        return details
+
+    def _free(self, details: Sequence[Detail]) -> DropCloud:
+        """Return the drops of all steps that are outside the obstacles."""
+        cloud = DropCloud.empty()
+        for detail in details:
+            cloud = cloud.joined(self._outside(detail.cloud))
+        return cloud
 
     def _change(self, before: Detail, steps: Steps) -> Detail:
         """Return the splash after the last of ``steps``, taken from the last run if it is there."""
