@@ -32,7 +32,7 @@ class SplashSettings(Settings):
     """What a user chooses for one splash. Units are in each description."""
 
     real_size: float = setting(
-        0.32,
+        0.33,
         "Real Size (m)",
         "Longest side of the sketch in the real world, in metres (0: one unit is one metre). "
         "Larger splashes are made of thinner sheets",

@@ -33,7 +33,7 @@ from liquid_splash_addon.core.weights import (  # noqa: E402
 )
 from tests.core.sketching import fan  # noqa: E402
 
-SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 HEADER = {
     "velocity_scale": 5.0,
     "fastest": 6.0,

@@ -199,7 +199,7 @@ from training.train import Run, TrainConfig, train
 from liquid_splash_addon.core.network import NetworkConfig
 
 rank, world = parallel.start()
-shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
 items = load_items(Path(sys.argv[1]), "train")
 out = Path(sys.argv[2])

@@ -23,7 +23,7 @@ from training.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E4
 from training.stream import Lessons, Wish, stream  # noqa: E402
 from training.train import Run, TrainConfig, train  # noqa: E402
 
-SHAPE = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1), latent_channels=2)
+SHAPE = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 CONFIG = TrainConfig(minutes=10, batch=2, cells=32, crop=32, warmup=1)
 IMLE = SplashConfig(imle_from=0.0, candidates=2)
 
