@@ -17,6 +17,10 @@ from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
 
 
+SIZE = 0.32
+"""Real size of the tests' splashes, metres: what they find does not hang on the default."""
+
+
 class TubeGenerator:
     """Liquid in tubes around the strokes, as fast as they are; the latent makes it bumpy."""
 
@@ -113,6 +117,6 @@ def splashes() -> list[bpy.types.Object]:
 
 def generate(**settings: object) -> bpy.types.Object:
     """Run the button's operator, as a draft unless told otherwise, and return the splash."""
-    result = bpy.ops.splash.generate(**{"resolution": "64", **settings})
+    result = bpy.ops.splash.generate(**{"resolution": "64", "real_size": SIZE, **settings})
     assert result == {"FINISHED"}
     return splashes()[0]
