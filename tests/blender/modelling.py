@@ -46,6 +46,7 @@ def crossing() -> bpy.types.Object:
 def generate_layers(sketch: bpy.types.Object) -> bpy.types.Object:
     """Generate the layers of ``sketch`` and return their model."""
     bpy.context.view_layer.objects.active = sketch
+    bpy.context.scene.splash.settings.real_size = 0.32  # not the default, which may move
     assert bpy.ops.splash.generate_layers() == {"FINISHED"}
     return the_model()
 
