@@ -16,7 +16,6 @@ from liquid_splash_addon.core.drawing import Drawing
 from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
 
-
 SIZE = 0.32
 """Real size of the tests' splashes, metres: what they find does not hang on the default."""
 
