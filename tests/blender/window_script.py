@@ -72,7 +72,7 @@ def idle() -> bool:
 def draw() -> bpy.types.Object:
     """Return a new sketch, in an otherwise empty file, as an undo step of its own."""
     bpy.context.scene.splash.settings.resolution = "64"
-    bpy.context.scene.splash.settings.real_size = SIZE
+    bpy.context.scene.splash.settings.real_size = 0.32
     for item in list(bpy.data.objects):
         bpy.data.objects.remove(item)
     sketch = add_sketch(fan())
