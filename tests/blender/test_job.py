@@ -10,7 +10,7 @@ import pytest
 from liquid_splash_addon.blender import generation, job, targets
 from liquid_splash_addon.core.pipeline import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
-from tests.blender.sketching import add_sketch, fan, generate, vertices
+from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
 
 
 def test_a_job_works_elsewhere_and_reports():
@@ -60,7 +60,7 @@ def test_a_splash_made_in_a_thread_is_the_same(tubes):
     """And the computation can do without bpy, whose data a thread must not touch."""
     add_sketch(fan())
     target = targets.find_target(bpy.context)
-    settings = SplashSettings(resolution="64", seed=4, variation=1)
+    settings = SplashSettings(real_size=SIZE, resolution="64", seed=4, variation=1)
     request = generation.snapshot(bpy.context, target, settings)
     result = job.Job(lambda report: generation.compute(request, report)).result()
     splash = generation.write(bpy.context, request, result)
