@@ -25,7 +25,7 @@ from liquid_splash_addon.core.grid import LOCAL_SPACING
 from liquid_splash_addon.core.weights import default_weights_path, load_generator
 
 from .gallery import claims_sheet, recorded_sheet
-from .letters import LETTERS, letter_drawings, letter_scores
+from .letters import LETTERS, REACH, letter_drawings, letter_scores
 from .metrics import iou
 from .recorded import recorded_sketches
 from .shapes import (
@@ -128,12 +128,21 @@ def added_figures(studio: Studio) -> Figures:
 def letter_figures(studio: Studio) -> Figures:
     """Return how many letters are read from the outlines of their splashes (Fig. 14).
 
+    With Reach at letters.REACH, as one sets it for letters; unbounded: without.
+    """
+    return {**read_figures(studio, REACH), "unbounded": read_figures(studio, 0.0)}
+
+
+def read_figures(studio: Studio, reach: float) -> Figures:
+    """Return how letters are read at a setting of Reach, metres.
+
     read : of 26. misread : what those not read were taken for. iou : mean of the outlines
     with their own letters in lines of the same area.
     """
     misread, scores = {}, []
     for letter in LETTERS:
-        found = letter_scores(silhouette(studio.splash(letter_drawings(letter))))
+        splash = studio.splash(letter_drawings(letter), reach=reach)
+        found = letter_scores(silhouette(splash))
         scores.append(found[letter])
         best = max(found, key=lambda name: found[name])
         if best != letter:

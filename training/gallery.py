@@ -15,7 +15,7 @@ from liquid_splash_addon.core.drawing import Drawing
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.pipeline import Splash
 
-from .letters import LETTERS, letter_drawings
+from .letters import LETTERS, REACH, letter_drawings
 from .picture import camera_axes, contact_sheet, draw_liquid, safe_distance
 from .shapes import resampled
 from .studio import Studio
@@ -92,7 +92,8 @@ def claims_sheet(studio: Studio, pixels: int) -> Image:
             pictures.append(portrait(splash, drawings, f"{name} + {count}", pixels))
     for letter in LETTERS:
         drawings = letter_drawings(letter)
-        pictures.append(portrait(studio.splash(drawings), drawings, letter, pixels, facing=True))
+        splash = studio.splash(drawings, reach=REACH)
+        pictures.append(portrait(splash, drawings, letter, pixels, facing=True))
     for name, drawings in disorderly().items():
         title = name.replace("_", " ")
         pictures.append(portrait(studio.splash(drawings), drawings, title, pixels))

@@ -15,6 +15,9 @@ from liquid_splash_addon.core.strokes import Stroke, resampled_points
 
 from .metrics import iou
 
+REACH = 0.012
+"""Metres at real size to which Reach is set for letters: lines 24 mm wide, 0.09 of their height."""
+
 PAGE = 1.8
 """Side of the square in which a letter of height 1 is read."""
 

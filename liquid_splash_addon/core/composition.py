@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from .alignment import Frame
+from .blending import united
 from .blocks import SIDE, Blocks
 from .fields import AIR
 from .grid import Grid
@@ -175,20 +176,6 @@ def block_level(shape: Shape, start: np.ndarray, band: float) -> np.ndarray:
     inside = winding_on_grid(triangles, (size,) * 3) != 0
     inner = (slice(margin, -margin),) * 3
     return np.where(inside, -distance, distance)[inner]
-
-
-def united(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
-    """Return the smooth minimum of levels: that of the lowest two, whatever their order.
-
-    Quilez's quadratic: lower than the minimum by ``blend`` / 4 where both are equal, and not at
-    all where they differ by ``blend``.
-    """
-    lowest = np.minimum.reduce(levels)
-    if blend == 0 or len(levels) == 1:
-        return lowest
-    second = np.partition(np.stack(levels), 1, axis=0)[1]
-    overlap = np.maximum(blend - (second - lowest), 0.0) / blend
-    return np.asarray(lowest - blend / 4 * overlap**2, dtype=np.float32)
 
 
 def to_local(

@@ -91,3 +91,23 @@ class Fields:
         occupancy = arrays["occupancy"].astype(np.float32) / 255
         grid = Grid((shape[0], shape[1], shape[2]), spacing, (origin[0], origin[1], origin[2]))
         return cls(occupancy, distance, velocity, grid)
+
+
+def settle(
+    occupancy: np.ndarray,
+    distance: np.ndarray,
+    velocity: np.ndarray,
+    grid: Grid,
+    reach: float = AIR,
+) -> Fields:
+    """Return Fields whose parts agree: occupancy decides where liquid is.
+
+    The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both
+    disagree) and the velocity ends where the distance does.
+
+    reach : greatest distance that is known, cells.
+    """
+    sign = np.where(occupancy > 0.5, -1.0, 1.0).astype(np.float32)
+    agreed = sign * np.maximum(sign * distance, np.float32(0.1))
+    near = agreed < reach - 0.01
+    return Fields(occupancy, np.where(near, agreed, np.float32(AIR)), velocity * near, grid)

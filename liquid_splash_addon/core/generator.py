@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from .fields import AIR, Fields
+from .fields import AIR, Fields, settle
 from .grid import LOCAL_SPACING, Grid
 from .network import Draft, NetworkConfig, SplashNetwork, closeness, halved
 from .precision import DTYPES
@@ -152,26 +152,6 @@ def take(x: Tensor, box: tuple[slice, ...]) -> Tensor:
 def grown(box: tuple[slice, ...], factor: float) -> tuple[slice, ...]:
     """Return the box on cells ``factor`` times as many."""
     return tuple(slice(int(s.start * factor), int(s.stop * factor)) for s in box)
-
-
-def settle(
-    occupancy: np.ndarray,
-    distance: np.ndarray,
-    velocity: np.ndarray,
-    grid: Grid,
-    reach: float = AIR,
-) -> Fields:
-    """Return Fields whose parts agree: occupancy decides where liquid is.
-
-    The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both
-    disagree) and the velocity ends where the distance does.
-
-    reach : greatest distance that is known, cells.
-    """
-    sign = np.where(occupancy > 0.5, -1.0, 1.0).astype(np.float32)
-    agreed = sign * np.maximum(sign * distance, np.float32(0.1))
-    near = agreed < reach - 0.01
-    return Fields(occupancy, np.where(near, agreed, np.float32(AIR)), velocity * near, grid)
 
 
 def draw_latent(config: NetworkConfig, seed: int, variation: float) -> np.ndarray | None:

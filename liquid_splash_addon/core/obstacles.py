@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from .alignment import Frame
+from .blending import cut
 from .grid import Grid
 from .mesh_closing import areas, films, welded
 from .mesh_distance import bounds_of, distance_on_grid, relevant, winding_on_grid
@@ -202,9 +203,7 @@ def carved_level(level: np.ndarray, near: Clearance, offset: float) -> np.ndarra
     A smooth maximum: where liquid runs out in a wedge along an obstacle, it ends in a rim that
     the grid can hold. The sharp maximum leaves teeth there.
     """
-    cut = np.float32(offset) - near.distance
-    overlap = np.maximum(RIM - np.abs(level - cut), 0.0) / RIM
-    carved = np.maximum(level, cut) + np.float32(RIM / 4) * overlap**2
+    carved = cut(level, np.float32(offset) - near.distance, RIM)
     return np.where(near.distance < near.band, carved, level)
 
 

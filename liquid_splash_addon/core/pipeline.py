@@ -13,6 +13,7 @@ from .alignment import Frame, fit_frame
 from .fields import Fields
 from .grid import Grid
 from .meshing import Mesh, surface, surface_level
+from .reach import within_reach
 from .settings import SplashSettings
 from .strokes import Stroke, StrokeError, check_strokes, resampled_points
 from .voxels import outside_share, rasterize
@@ -98,11 +99,12 @@ def make_splash(
     report("Generating liquid", 0.1)
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
-    fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid)).rounded()
+    fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
+    fields = within_reach(fields, local, settings.reach).rounded()
     report("Building surface", 0.7)
     if not (surface_level(fields, settings.surface_threshold) < 0).any():
         raise StrokeError(
-            "These strokes give no liquid: lower Surface Threshold or change Real Size"
+            "These strokes give no liquid: lower Surface Threshold, or change Real Size or Reach"
         )
     warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
     if not refinements and not obstacles:

@@ -90,6 +90,15 @@ class SplashSettings(Settings):
         low=0.05,
         high=0.95,
     )
+    reach: float = setting(
+        0.0,
+        "Reach (m)",
+        "Farthest that liquid may be from a stroke, in metres at real size (0: as far as it flows). "
+        "About 0.01 keeps letters and figures of a few strokes from being filled by sheets",
+        low=0.0,
+        high=0.4,
+        soft=0.1,
+    )
     device: str = setting(
         "AUTO",
         "Device",

@@ -8,11 +8,11 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from liquid_splash_addon.core.fields import settle  # noqa: E402
 from liquid_splash_addon.core.generator import (  # noqa: E402
     Generator,
     bounding_box,
     draw_latent,
-    settle,
 )
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from liquid_splash_addon.core.network import (  # noqa: E402
