@@ -85,12 +85,14 @@ def sample_losses(output: Tensor, cells: Cells) -> Tensor:
     """
     weight = band(cells)
     truth = (cells.distance < 0).float()
-    logit = output[:, 0]
+    # Split, not sliced: each slice's gradient would be an array of zeros as large as the output.
+    logit, shape, flow = output.split([1, 1, 3], dim=1)
+    logit, shape = logit[:, 0], shape[:, 0]
     cross = F.binary_cross_entropy_with_logits(logit, truth, reduction="none")
     entropy = mean(cross, weight)
-    shape_error = mean((output[:, 1] - cells.distance / AIR).abs(), weight)
+    shape_error = mean((shape - cells.distance / AIR).abs(), weight)
     liquid = (cells.distance < 1).float()
-    error = (output[:, 2:] - cells.velocity).abs().sum(1)
+    error = (flow - cells.velocity).abs().sum(1)
     speed = mean(cells.velocity.abs().sum(1), liquid).clamp_min(0.02)
     return (
         entropy

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from liquid_splash_addon.core.network import Draft, Encoding, NetworkConfig, Spl
 
 from .learning import Learner
 from .losses import Batch, sample_losses
+from .optimising import Optimiser
 from .parallel import average_gradients
 
 
@@ -22,7 +23,7 @@ from .parallel import average_gradients
 class SplashConfig:
     """How our generator is trained."""
 
-    learning_rate: float = 2e-3  # AdamW's
+    learning_rate: float = 2e-3  # Muon's and AdamW's
     weight_decay: float = 1e-2
     average: float = 0.998  # of the weights (EMA), per step
     imle_from: float = 0.5  # share of the run after which latents are trained
@@ -50,12 +51,7 @@ class SplashLearner(Learner):
         self.grids = (cells, 2 * cells)
         self.network = SplashNetwork(shape).to(device, memory_format=torch.channels_last_3d)  # type: ignore[call-overload]
         self.average = copy.deepcopy(self.network).eval()
-        self.optimiser = torch.optim.AdamW(
-            parameter_groups(self.network, config.weight_decay),
-            lr=config.learning_rate,
-            betas=(0.9, 0.99),
-            fused=True,
-        )
+        self.optimiser = Optimiser(self.network, config.learning_rate, config.weight_decay)
         self.random = torch.Generator().manual_seed(seed)
         self.steps = 0
 
@@ -66,8 +62,6 @@ class SplashLearner(Learner):
 
     def step(self, batch: Batch, progress: float, rate: float) -> dict[str, float]:
         """Train on one batch; see :class:`Learner`. Losses: 'loss', 'draft', 'detail'."""
-        for group in self.optimiser.param_groups:
-            group["lr"] = self.config.learning_rate * rate
         batch = batch.to(self.device)
         with self.autocast():
             encoding = self.network.coarse.encode(batch.condition, batch.obstacle)
@@ -78,11 +72,10 @@ class SplashLearner(Learner):
         if detail is not None and batch.detail is not None:
             losses["detail"] = sample_losses(detail.float(), batch.detail).mean()
         losses["loss"] = torch.stack(list(losses.values())).sum()
-        self.optimiser.zero_grad(set_to_none=True)
         losses["loss"].backward()  # type: ignore[no-untyped-call]
         average_gradients(self.network.parameters())
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)
-        self.optimiser.step()
+        self.optimiser.step(rate)
         self.steps += 1
         self.follow()
         return {name: float(loss.detach()) for name, loss in losses.items()}
@@ -180,12 +173,3 @@ def cut(x: Tensor, start: Tensor, size: int) -> Tensor:
         ]
     )
 
-
-def parameter_groups(network: SplashNetwork, weight_decay: float) -> Sequence[dict[str, Any]]:
-    """Return the parameters in two groups: only convolution weights decay."""
-    weights = [p for p in network.parameters() if p.ndim > 1]
-    others = [p for p in network.parameters() if p.ndim <= 1]
-    return [
-        {"params": weights, "weight_decay": weight_decay},
-        {"params": others, "weight_decay": 0.0},
-    ]

@@ -154,8 +154,8 @@ class DraftNetwork(nn.Module):
             if latent is not None and level >= first:
                 x = self.modulations[level - first](x, latent)
             x = self.decoder[level](x)
-        output = unfold(self.head(x)).float()
-        return Draft(torch.cat([output[:, :2], output[:, 2:] + encoding.flow], dim=1), x)
+        shape, flow = unfold(self.head(x)).float().split([2, 3], dim=1)
+        return Draft(torch.cat([shape, flow + encoding.flow], dim=1), x)
 
 
 class DetailNetwork(nn.Module):
@@ -184,7 +184,8 @@ class DetailNetwork(nn.Module):
         and a quarter (features) of the resolution.
         """
         dtype = self.stem.weight.dtype
-        shown = torch.cat([torch.tanh(draft.output[:, :1] / 4), draft.output[:, 1:]], dim=1)
+        logit, rest = draft.output.split([1, OUTPUT_CHANNELS - 1], dim=1)
+        shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
         x = self.stem(condition.to(dtype)) + self.from_output(shown.to(dtype))
         x = self.encoder(F.relu_(x))
         y = F.relu_(self.down(x) + self.from_features(draft.features))
