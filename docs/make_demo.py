@@ -13,16 +13,20 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import bpy
+import numpy as np
 import scene as table
 from mathutils import Vector
 
 import liquid_splash_addon
 from liquid_splash_addon.blender import sketch as sketches
+from liquid_splash_addon.blender.grease_pencil import read_drawings, rigid_matrix
 from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.sketches import PRESETS as PRESET_SKETCHES
 from liquid_splash_addon.core.sketches import example_sketch
@@ -54,9 +58,9 @@ def main() -> None:
     for warning in filter(None, splash.splash.warnings.split("\n")):
         say(f"Warning: {warning}")
     say("Setting up lights and camera")
-    set_table(splash, options.samples, options.size)
+    set_table(table.world_points(splash), options.samples, options.size)
     if options.strokes:
-        show_strokes(options.sketch, splash)
+        show_strokes(sketch, 0.006 * max(splash.dimensions))
     bpy.context.view_layer.objects.active = sketch
     say(f"Saving {options.out / 'demo.blend'}")
     bpy.ops.wm.save_as_mainfile(filepath=str(options.out.resolve() / "demo.blend"))
@@ -88,23 +92,34 @@ def draw(name: str) -> bpy.types.Object:
     return sketch
 
 
-def set_table(splash: bpy.types.Object, samples: int, size: tuple[int, int]) -> None:
-    """Put table, lights and camera around the splash."""
+def set_table(
+    points: np.ndarray,
+    samples: int,
+    size: tuple[int, int],
+    view: Vector = VIEW,
+    margin: float = 0.25,
+    glow: Sequence[Any] = table.BLUE,
+) -> None:
+    """Put table, lights and camera around ``points`` ``(n, 3)``, seen along ``view``.
+
+    margin : air around them, over their size
+    """
     scene = bpy.context.scene
-    points = table.world_points(splash)
     low, high = Vector(points.min(axis=0)), Vector(points.max(axis=0))
     centre, radius = (low + high) / 2, (high - low).length / 2
     table.use_cycles(scene, samples, size)
-    table.add_table(centre, low.z + 0.02 * radius, radius, VIEW)
-    table.add_lights(centre, radius, VIEW)
-    table.add_camera(scene, table.widened(points, 0.25), VIEW, LENS)
+    table.add_table(centre, low.z + 0.02 * radius, radius, view, glow)
+    table.add_lights(centre, radius, view)
+    table.add_camera(scene, table.widened(points, margin), view, LENS)
 
 
-def show_strokes(name: str, splash: bpy.types.Object) -> None:
-    """Draw the strokes as thin glowing lines: Cycles does not render Grease Pencil headless."""
-    width = 0.006 * max(splash.dimensions)
-    for drawing in example_sketch(name):
-        table.add_line(drawing.points, width, STROKE_COLOUR)
+def show_strokes(sketch: bpy.types.Object, width: float) -> list[bpy.types.Object]:
+    """Draw the strokes as glowing lines: Cycles does not render Grease Pencil headless."""
+    drawings, _ = read_drawings(sketch)
+    lines = [table.add_line(drawing.points, width, STROKE_COLOUR) for drawing in drawings]
+    for line in lines:
+        line.matrix_world = rigid_matrix(sketch)
+    return lines
 
 
 def render(path: Path) -> None:

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import bpy
 import make_demo as demo
+import scene as table
 from mathutils import Vector
 from PIL import Image
 
@@ -67,7 +68,7 @@ def make_splash(options: argparse.Namespace) -> bpy.types.Object:
     demo.draw("crown")
     bpy.ops.splash.generate()
     splash = bpy.context.active_object
-    demo.set_table(splash, options.samples, options.size)
+    demo.set_table(table.world_points(splash), options.samples, options.size)
     return splash
 
 

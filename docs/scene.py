@@ -16,8 +16,10 @@ import numpy as np
 from mathutils import Vector
 
 DEEP = (0.006, 0.016, 0.035, 1.0)
-TWILIGHT = (0.05, 0.2, 0.4, 1.0)
-GLOW = (0.22, 0.62, 1.0, 1.0)
+BLUE = ((0.22, 0.62, 1.0, 1.0), (0.05, 0.2, 0.4, 1.0))
+WARM = ((1.0, 0.86, 0.72, 1.0), (0.5, 0.24, 0.14, 1.0))
+"""Colours of the glow in its middle and halfway to the dark."""
+
 GLOW_STRENGTH = 1.2
 GLOW_RADIUS = 1.7
 """Where the glow ends, in radii of the subject."""
@@ -101,7 +103,9 @@ def add_lights(centre: Vector, radius: float, view: Vector) -> None:
         add_light(name, centre + radius * place, centre, size, power * watt, colour)
 
 
-def add_table(centre: Vector, low: float, radius: float, view: Vector) -> bpy.types.Object:
+def add_table(
+    centre: Vector, low: float, radius: float, view: Vector, glow: Sequence[Any] = BLUE
+) -> bpy.types.Object:
     """Add a mirroring table at the height ``low``, lit from within behind the subject."""
     bpy.ops.mesh.primitive_plane_add(size=200 * radius)
     table = bpy.context.active_object
@@ -112,7 +116,7 @@ def add_table(centre: Vector, low: float, radius: float, view: Vector) -> bpy.ty
     table.location.z = low
     table.rotation_euler.z = np.arctan2(-view.x, view.y)
     reach = GLOW_RADIUS * radius
-    table.data.materials.append(table_material((reach, reach / steep)))
+    table.data.materials.append(table_material((reach, reach / steep), glow))
     set_world(DEEP)
     return table
 
@@ -127,7 +131,7 @@ def set_world(colour: Sequence[float]) -> None:
     background.inputs["Color"].default_value = colour
 
 
-def table_material(reach: tuple[float, float]) -> bpy.types.Material:
+def table_material(reach: tuple[float, float], glow: Sequence[Any]) -> bpy.types.Material:
     """Return a dark, glossy material that glows in the middle and fades over ``reach`` (x, y)."""
     material, nodes, links = empty_material("Table")
     material.cycles.emission_sampling = "NONE"  # too large to be worth aiming at
@@ -139,9 +143,9 @@ def table_material(reach: tuple[float, float]) -> bpy.types.Material:
     distance.operation = "LENGTH"
     ramp = nodes.new("ShaderNodeValToRGB")
     ramp.color_ramp.interpolation = "EASE"
-    ramp.color_ramp.elements[0].color = GLOW
+    ramp.color_ramp.elements[0].color = glow[0]
     ramp.color_ramp.elements[1].color = DEEP
-    ramp.color_ramp.elements.new(0.5).color = TWILIGHT
+    ramp.color_ramp.elements.new(0.5).color = glow[1]
     shader = nodes.new("ShaderNodeBsdfPrincipled")
     shader.inputs["Base Color"].default_value = (0.004, 0.012, 0.02, 1.0)
     shader.inputs["Roughness"].default_value = 0.06
