@@ -18,6 +18,8 @@ INSIDE = ("encoder", "decoder", "middle", "downs", "ups", "down", "up")
 goes through are not among them: rows of zeros and few inputs are not what Muon is for."""
 
 
+MOMENTUM = 0.95
+
 ITERATIONS = 5
 A, B, C = 3.4445, -4.7750, 2.0315
 """Coefficients of the iteration that makes a matrix orthogonal: steepest at zero (Jordan)."""
@@ -54,7 +56,7 @@ class Muon(torch.optim.Optimizer):
     """
 
     def __init__(self, kernels: Iterable[Tensor], lr: float, weight_decay: float) -> None:
-        super().__init__(kernels, {"lr": lr, "weight_decay": weight_decay, "momentum": 0.95})
+        super().__init__(kernels, {"lr": lr, "weight_decay": weight_decay})
 
     @torch.no_grad()
     def step(self, closure: None = None) -> None:  # type: ignore[override]
@@ -62,11 +64,11 @@ class Muon(torch.optim.Optimizer):
         for group in self.param_groups:
             for kernel in group["params"]:
                 if kernel.grad is not None:
-                    self.move(kernel, group["lr"], group["weight_decay"], group["momentum"])
+                    self.move(kernel, kernel.grad, group["lr"], group["weight_decay"])
 
-    def move(self, kernel: Tensor, lr: float, weight_decay: float, momentum: float) -> None:
+    def move(self, kernel: Tensor, grad: Tensor, lr: float, weight_decay: float) -> None:
         """Move one kernel."""
-        gradient = as_matrix(kernel.grad)
+        gradient, momentum = as_matrix(grad), MOMENTUM
         state = self.state[kernel]
         if "mean" not in state:
             state["mean"] = torch.zeros_like(gradient)

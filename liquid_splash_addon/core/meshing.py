@@ -26,6 +26,10 @@ LEVEL_BAND = 1.5
 """Distances beyond this many cells do not count there, so that sheets do not thin out."""
 
 
+SURE = 1e-4
+"""Probability, of liquid or of air, that no cell is under: logarithms stay finite."""
+
+
 @dataclass(frozen=True)
 class Mesh:
     """A triangle mesh, watertight, normals outward.
@@ -74,7 +78,10 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     from scipy.ndimage import gaussian_filter
     from skimage.measure import marching_cubes
 
-    bounded = np.pad(np.clip(level, -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
+    box = liquid_box(level)
+    if box is None:
+        return Mesh.empty()
+    bounded = np.pad(np.clip(level[box], -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
     padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
     padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
     if padded.min() >= 0:
@@ -82,7 +89,7 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     # marching_cubes puts vertex coordinates at array indices: cell centres, one cell padded on.
     # "descent" because the liquid lies below the level: normals then point outward.
     vertices, faces, _, _ = marching_cubes(padded, 0.0, gradient_direction="descent")
-    cells = smooth(vertices, faces) - 0.5
+    cells = smooth(vertices, faces) - 0.5 + [side.start for side in box]
     velocities = sample_field(velocity, cells)
     points = grid.to_metres(cells).astype(np.float32)
     return Mesh(points, faces.astype(np.int32), velocities)
@@ -121,9 +128,26 @@ def surface_level(fields: Fields, threshold: float) -> np.ndarray:
     factor e^2 of the odds: continuous in the threshold, negative exactly where occupancy is
     above it. The distance alone would lose sheets that the generator is not sure of.
     """
-    odds = np.clip(fields.occupancy, 1e-4, 1 - 1e-4)
-    logit = np.log(odds / (1 - odds))
-    return ((np.log(threshold / (1 - threshold)) - logit) / 2).astype(np.float32)
+    surface_logit = np.log(threshold / (1 - threshold))
+    air = np.log(SURE / (1 - SURE))
+    level = np.full(fields.occupancy.shape, (surface_logit - air) / 2, dtype=np.float32)
+    near = np.nonzero(fields.occupancy > SURE)  # a few cells in a hundred
+    odds = np.minimum(fields.occupancy[near], 1 - SURE)
+    level[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
+    return level
+
+
+def liquid_box(level: np.ndarray, margin: int = 4) -> tuple[slice, slice, slice] | None:
+    """Return the part of a grid that holds liquid, ``margin`` cells wider; None without liquid."""
+    inside = level < 0
+    columns, plane = inside.any(axis=2), inside.any(axis=0)
+    parts = []
+    for rows in (columns.any(axis=1), columns.any(axis=0), plane.any(axis=0)):
+        wet = np.flatnonzero(rows)
+        if not len(wet):
+            return None
+        parts.append(slice(max(int(wet[0]) - margin, 0), int(wet[-1]) + 1 + margin))
+    return (parts[0], parts[1], parts[2])
 
 
 def sample_field(field: np.ndarray, cells: np.ndarray) -> np.ndarray:

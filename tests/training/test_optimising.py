@@ -33,7 +33,9 @@ def test_a_matrix_becomes_nearly_orthogonal_and_keeps_its_directions():
     values = torch.linalg.svdvals(found)
     assert values.max() < 1.3 and values.min() > 0.6
     left, _, right = torch.linalg.svd(matrix, full_matrices=False)
-    assert torch.nn.functional.cosine_similarity(found.flatten(), (left @ right).flatten(), 0) > 0.97
+    assert (
+        torch.nn.functional.cosine_similarity(found.flatten(), (left @ right).flatten(), 0) > 0.97
+    )
 
 
 def test_orthogonal_is_torchs_own_iteration():

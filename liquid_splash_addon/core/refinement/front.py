@@ -41,7 +41,10 @@ def break_measure(liquid: Liquid, cells: np.ndarray, alpha: float, beta: float) 
     """
     from scipy.ndimage import gaussian_filter
 
-    smooth = gaussian_filter(liquid.distance, BLUR)
+    smooth = liquid.distance
+    if liquid.box is not None:
+        smooth = smooth.copy()
+        smooth[liquid.box] = gaussian_filter(smooth[liquid.box], BLUR)
     shaking = np.empty(len(cells), dtype=np.float32)
     bend = np.empty(len(cells), dtype=np.float32)
     _measure(smooth, liquid.velocity, cells, shaking, bend)

@@ -13,7 +13,10 @@ from ..fields import AIR, Fields
 from ..fluid.streamlines import velocity_at
 from ..fluid.surface import redistance
 from ..grid import Grid
-from ..meshing import surface_level
+from ..meshing import liquid_box, surface_level
+
+FLOW = 4
+"""Cells around the liquid's box in which velocity is looked for too: some is known there."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +40,18 @@ class Liquid:
         return cls(surface_level(fields, threshold), fields.velocity, fields.grid)
 
     @cached_property
+    def box(self) -> tuple[slice, slice, slice] | None:
+        """The part of the grid that holds liquid, 4 cells wider; None without liquid."""
+        return liquid_box(self.level)
+
+    @cached_property
     def distance(self) -> np.ndarray:
         """Signed distance to the surface in cells, float32 ``(X, Y, Z)``, clipped at +-AIR.
 
         The level itself is steep where the generator was sure and flat where it was not.
         """
         out = np.full(self.level.shape, AIR, dtype=np.float32)
-        box = liquid_box(self.level)
+        box = self.box
         if box is not None:
             # Air around, so that the sweep's outermost cells are none of the liquid's.
             padded = np.pad(np.clip(self.level[box], -AIR, AIR), 1, constant_values=AIR)
@@ -57,18 +65,26 @@ class Liquid:
         """
         out = np.zeros((len(positions), 3))
         other = positions if instead is None else instead
-        _flow(self._flow_last, positions.astype(np.float64), other.astype(np.float64), out)
+        flow, corner = self._flow_last
+        _flow(flow, positions - corner, other - corner, out)
         return out / self.grid.spacing
 
     @cached_property
-    def _flow_last(self) -> np.ndarray:
-        """Velocity with its components last, ``(X, Y, Z, 3)``: one place in memory a cell."""
-        return np.ascontiguousarray(np.moveaxis(self.velocity, 0, -1))
+    def _flow_last(self) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity around the liquid with its components last, and where that begins, cells.
+
+        ``(x, y, z, 3)``: one place in memory a cell. The outermost cells know none.
+        """
+        box = wider(self.box or (slice(0, 1),) * 3, FLOW)
+        near = np.moveaxis(self.velocity[(slice(None), *box)], 0, -1)
+        corner = np.array([side.start - 1.0 for side in box])
+        return np.pad(near, ((1, 1), (1, 1), (1, 1), (0, 0))), corner
 
     @property
     def volume(self) -> float:
         """Volume in cells; a cell cut by the surface counts in part."""
-        return float(np.clip(0.5 - self.level, 0, 1).sum())
+        box = self.box
+        return 0.0 if box is None else float(np.clip(0.5 - self.level[box], 0, 1).sum())
 
     def fields(self) -> Fields:
         """Return fields whose surface, at a threshold of 0.5, is this liquid's."""
@@ -86,13 +102,6 @@ def _flow(field, positions, instead, out):
             velocity_at(field, x, y, z, out[p])
 
 
-def liquid_box(level: np.ndarray, margin: int = 4) -> tuple[slice, slice, slice] | None:
-    """Return the part of a grid that holds liquid, ``margin`` cells wider; None without liquid."""
-    inside = level < 0
-    if not inside.any():
-        return None
-    parts = []
-    for axis in range(3):
-        rows = np.flatnonzero(inside.any(axis=tuple(a for a in range(3) if a != axis)))
-        parts.append(slice(max(int(rows[0]) - margin, 0), int(rows[-1]) + 1 + margin))
-    return (parts[0], parts[1], parts[2])
+def wider(box: tuple[slice, ...], margin: int) -> tuple[slice, ...]:
+    """Return a box that begins and ends ``margin`` cells farther out, if the grid does."""
+    return tuple(slice(max(side.start - margin, 0), side.stop + margin) for side in box)

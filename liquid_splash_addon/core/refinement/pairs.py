@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..threads import in_parts
+
 SUPPORT = 2.0
 """Reach of the kernels over the particles' spacing: about 33 neighbours."""
 
@@ -34,15 +36,19 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
         size *= 1.5
     shape = (extent / size).astype(np.int64) + 1
     order, starts = _sort(positions, low, np.float32(size), shape)
-    room = USUAL * len(positions)
-    while True:
-        first, second = np.empty((2, room), dtype=np.int32)
-        count = _pairs(
-            positions, spacing, low, np.float32(size), shape, order, starts, first, second
-        )
-        if count <= room:
-            return first[:count], second[:count]
-        room = count
+    grid = low, np.float32(size), shape, order, starts
+
+    def pairs_of(start: int, stop: int) -> np.ndarray:
+        room = USUAL * (stop - start)
+        while True:
+            found = np.empty((2, room), dtype=np.int32)
+            count = _pairs(start, stop, positions, spacing, *grid, *found)
+            if count <= room:
+                return found[:, :count]
+            room = count
+
+    first, second = np.concatenate(in_parts(len(positions), pairs_of), axis=1)
+    return first, second
 
 
 @njit(cache=True)
@@ -65,11 +71,11 @@ def _sort(positions, low, size, shape):
     return order, starts
 
 
-@njit(cache=True, fastmath=True)
-def _pairs(positions, spacing, low, size, shape, order, starts, first, second):
-    """Write the pairs while there is room for them; return how many there are."""
+@njit(cache=True, fastmath=True, nogil=True)
+def _pairs(start, stop, positions, spacing, low, size, shape, order, starts, first, second):
+    """Write pairs of some particles with later ones while there is room; return their number."""
     count = 0
-    for p in range(len(positions)):
+    for p in range(start, stop):
         i = int((positions[p, 0] - low[0]) / size)
         j = int((positions[p, 1] - low[1]) / size)
         k = int((positions[p, 2] - low[2]) / size)

@@ -39,6 +39,12 @@ VISCOSITY = 0.1, 0.5
 cohesion 0 and 1: what holds a drop together also evens out the flow within it."""
 
 
+HALF, ONE, TWO, THREE, SIX = (np.float32(n) for n in (0.5, 1, 2, 3, 6))
+REACH, FACTOR = np.float32(SUPPORT), np.float32(8 / np.pi)
+PEAK, TINY = np.float32(64), np.float32(1e-9)
+"""In single precision: one double among them makes a compiled loop all double, and slower."""
+
+
 class Drops(NamedTuple):
     """Particles of liquid.
 
@@ -122,17 +128,17 @@ def densities(positions: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 @njit(cache=True, inline="always")
 def _kernel(q):
     """Return the cubic spline at q = r / support, without its factor 8 / (pi support^3)."""
-    if q < 0.5:
-        return 1.0 - 6.0 * q * q * (1.0 - q)
-    return 2.0 * (1.0 - q) ** 3
+    if q < HALF:
+        return ONE - SIX * q * q * (ONE - q)
+    return TWO * (ONE - q) ** 3
 
 
 @njit(cache=True, inline="always")
 def _slope(q):
     """Return the derivative of :func:`_kernel`."""
-    if q < 0.5:
-        return q * (18.0 * q - 12.0)
-    return -6.0 * (1.0 - q) ** 2
+    if q < HALF:
+        return SIX * q * (THREE * q - TWO)
+    return -SIX * (ONE - q) ** 2
 
 
 @njit(cache=True, inline="always")
@@ -141,7 +147,7 @@ def _spline(q):
 
     His repulsion of near pairs is left to the density constraints.
     """
-    return 64.0 * (q * (1.0 - q)) ** 3
+    return PEAK * (q * (ONE - q)) ** 3
 
 
 @njit(cache=True, fastmath=True)
@@ -171,23 +177,20 @@ def _relax(positions, spacing, first, second):
     """
     count, pairs = len(positions), len(first)
     slopes = np.zeros((pairs, 3), dtype=np.float32)
-    density = np.empty(count, dtype=np.float32)
     own = np.zeros((count, 3), dtype=np.float32)
     squares = np.zeros(count, dtype=np.float32)
-    factor = 8.0 / np.pi
-    for p in range(count):
-        density[p] = factor / SUPPORT**3
+    density = np.full(count, FACTOR / REACH**3, dtype=np.float32)
     for n in range(pairs):
         i, j = first[n], second[n]
         x = positions[i, 0] - positions[j, 0]
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
-        support = 0.5 * SUPPORT * (spacing[i] + spacing[j])
+        support = HALF * REACH * (spacing[i] + spacing[j])
         r = np.sqrt(x * x + y * y + z * z)
         q = r / support
-        if q >= 1.0 or r < 1e-9:
+        if q >= ONE or r < TINY:
             continue
-        scale = factor / support**3
+        scale = FACTOR / support**3
         vi, vj = spacing[i] ** 3, spacing[j] ** 3
         w = scale * _kernel(q)
         density[i] += vj * w
@@ -233,16 +236,16 @@ def _cohere(positions, spacing, first, second, strength):
     move = np.zeros_like(positions)
     for n in range(len(first)):
         i, j = first[n], second[n]
-        mean = 0.5 * (spacing[i] + spacing[j])
+        mean = HALF * (spacing[i] + spacing[j])
         x = positions[i, 0] - positions[j, 0]
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
         r = np.sqrt(x * x + y * y + z * z)
-        q = r / (SUPPORT * mean)
-        if q >= 1.0 or r < 1e-9:
+        q = r / (REACH * mean)
+        if q >= ONE or r < TINY:
             continue
         vi, vj = spacing[i] ** 3, spacing[j] ** 3
-        f = -2.0 * strength * mean * _spline(q) / (r * (vi + vj))
+        f = -TWO * strength * mean * _spline(q) / (r * (vi + vj))
         a, b = f * vj, f * vi
         move[i, 0] += a * x
         move[i, 1] += a * y
@@ -273,11 +276,11 @@ def _share_velocity(positions, spacing, first, second, viscosity, velocities):
         x = positions[i, 0] - positions[j, 0]
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
-        support = 0.5 * SUPPORT * (spacing[i] + spacing[j])
+        support = HALF * REACH * (spacing[i] + spacing[j])
         q = np.sqrt(x * x + y * y + z * z) / support
-        if q >= 1.0:
+        if q >= ONE:
             continue
-        w = viscosity * 8.0 / np.pi / support**3 * _kernel(q)
+        w = viscosity * FACTOR / support**3 * _kernel(q)
         vi, vj = w * spacing[i] ** 3, w * spacing[j] ** 3
         for axis in range(3):
             d = velocities[j, axis] - velocities[i, axis]

@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..threads import in_parts
+
 MOST_BOXES = 3e7
 """Boxes of ``reach`` a side that the mesh's bounding box may hold."""
 
@@ -29,7 +31,8 @@ def room(vertices: np.ndarray, normals: np.ndarray, reach: float) -> tuple[np.nd
         if np.prod(size, dtype=np.float64) > MOST_BOXES:
             raise ValueError("the mesh is too large for its details")
         order, first = _sort(points, size)
-        _touching_balls(points, normals, order, first, size, np.float32(reach), inward, outward)
+        held = (points, points[order], normals, first, size, np.float32(reach))
+        in_parts(len(points), lambda a, b: _touching_balls(a, b, *held, inward, outward))
     return inward, outward
 
 
@@ -52,11 +55,11 @@ def _sort(points, size):
     return order, first
 
 
-@njit(cache=True, fastmath=True)
-def _touching_balls(points, normals, order, first, size, reach, inward, outward):
-    sorted_points = points[order]
+@njit(cache=True, fastmath=True, nogil=True)
+def _touching_balls(start, stop, points, sorted_points, normals, first, size, reach, *found):
+    inward, outward = found
     one = np.float32(1)
-    for v in range(len(points)):
+    for v in range(start, stop):
         x, y, z = points[v, 0], points[v, 1], points[v, 2]
         nx, ny, nz = normals[v, 0], normals[v, 1], normals[v, 2]
         # Inverse diameters of the balls, in reaches; the normal side is outside.

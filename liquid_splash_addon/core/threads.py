@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compiled loops on several cores.
+
+Not numba's own threads: its portable layer ends the process when two Python threads use it at
+once, as Blender's interface and a running splash do.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import TypeVar
+
+Found = TypeVar("Found")
+
+MOST = 4
+"""More threads than that wait for memory."""
+
+
+@cache
+def workers() -> ThreadPoolExecutor:
+    """Return the threads, started at first use."""
+    return ThreadPoolExecutor(min(os.cpu_count() or 1, MOST), "liquid-splash")
+
+
+def in_parts(count: int, work: Callable[[int, int], Found], parts: int = MOST) -> list[Found]:
+    """Return ``work(begin, end)`` of ``parts`` ranges that make up ``range(count)``, in order.
+
+    work : compiled with ``nogil``, or nothing is gained. How many parts there are does not
+    depend on the machine, so that results do not.
+    """
+    ends = [count * part // parts for part in range(parts + 1)]
+    return list(workers().map(work, ends[:-1], ends[1:]))
