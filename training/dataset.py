@@ -37,7 +37,7 @@ FARTHEST = AIR - 0.1
 class Sample(NamedTuple):
     """One pair for the network.
 
-    condition : float32 ``(4, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, clipped at
+    condition : float32 ``(7, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, clipped at
     +-AIR or, where that is less, at the stored grid's own AIR cells; velocity : float32
     ``(3, X, Y, Z)`` m/s, zero far from the liquid; grid : the cells' place.
     """

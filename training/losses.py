@@ -24,7 +24,7 @@ NEAR = 8
 class Cells(NamedTuple):
     """Condition and truth on one grid. B samples of X x Y x Z cells.
 
-    condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale
+    condition : ``(B, 7, X, Y, Z)``, velocity over the velocity scale
     distance : ``(B, X, Y, Z)`` cells, +-AIR
     velocity : ``(B, 3, X, Y, Z)`` over the velocity scale
     """
@@ -37,7 +37,7 @@ class Cells(NamedTuple):
 class Batch(NamedTuple):
     """A batch on one device: whole boxes, as in :class:`Cells`, and perhaps more of them.
 
-    obstacle : ``(B, 1, X, Y, Z)`` of ``network.closeness``
+    obstacle : ``(B, 1, X, Y, Z)`` of ``condition.closeness``
     detail : a part of each box at twice the resolution
     start : ``(B, 3)``, the part's first cell on the fine grid
     """
@@ -86,7 +86,7 @@ def sample_losses(output: Tensor, cells: Cells) -> Tensor:
     weight = band(cells)
     truth = (cells.distance < 0).float()
     # Split, not sliced: each slice's gradient would be an array of zeros as large as the output.
-    logit, shape, flow = output.split([1, 1, 3], dim=1)
+    logit, shape, flow = torch.split(output, [1, 1, 3], dim=1)
     logit, shape = logit[:, 0], shape[:, 0]
     cross = F.binary_cross_entropy_with_logits(logit, truth, reduction="none")
     entropy = mean(cross, weight)

@@ -120,10 +120,10 @@ class PaperGenerator(nn.Module):
         The sigmoid is pix2pix's tanh, of half the argument, mapped to 0..1. Velocity, which has
         no bounds, is linear.
 
-        condition : ``(B, 4, X, Y, Z)``, velocity over the velocity scale; X, Y, Z multiples of
-        2^levels.
+        condition : ``(B, 4 or more, X, Y, Z)``, velocity over the velocity scale; X, Y, Z
+        multiples of 2^levels. Channels that the paper does not have are not looked at.
         """
-        x, skips = condition, []
+        x, skips = condition[:, :CHANNELS], []
         for level, down in enumerate(self.encoder):
             x = down(F.leaky_relu(x, SLOPE) if level else x)
             skips.append(x)
@@ -155,8 +155,11 @@ class PaperDiscriminator(nn.Module):
         self.apply(initialise)
 
     def forward(self, condition: Tensor, output: Tensor) -> Tensor:
-        """Return ``(B,)``; both inputs are ``(B, 4, n, n, n)`` with n = the config's cells."""
-        x = torch.cat([condition, output], dim=1)
+        """Return ``(B,)``.
+
+        condition : ``(B, 4 or more, n, n, n)`` with n = the config's cells; output : with 4.
+        """
+        x = torch.cat([condition[:, :CHANNELS], output], dim=1)
         for convolution in self.layers:
             x = F.leaky_relu(convolution(x), SLOPE)
         logit: Tensor = self.last(x.flatten(1))[:, 0]
@@ -191,7 +194,7 @@ class PaperAnswer:
 
         The distance is the one whose phi (eq. 4) is the occupancy, so it ends 2 cells away.
 
-        condition : float32 ``(4, X, Y, Z)``, velocity in m/s.
+        condition : float32 ``(4 or more, X, Y, Z)``, velocity in m/s.
         latent : any array; it seeds the dropout, the only noise there is. None is seed 0.
 
         Raises ValueError for another grid than it was trained on.
@@ -199,7 +202,7 @@ class PaperAnswer:
         cells = self.network.config.cells
         if grid.shape != (cells,) * 3:
             raise ValueError(f"this network was trained on {cells}^3 cells, not on {grid.shape}")
-        scaled = torch.from_numpy(condition).to(self.device, copy=True)[None]
+        scaled = torch.from_numpy(condition[:CHANNELS]).to(self.device, copy=True)[None]
         scaled[:, 1:] /= VELOCITY_SCALE
         seed = 0 if latent is None else zlib.crc32(latent.tobytes())
         output = answer(self.network, scaled, seed)[0].cpu().numpy()

@@ -40,7 +40,9 @@ STROKES_IN_TESTS = (5, 20)
 """Range of the number of strokes; the second is the paper's (4.2.2)."""
 
 JITTER = 0.002
-"""Metres by which a training stroke is moved, as a slow wobble along it (a hand's)."""
+"""Metres by which the strokes of the unsteadiest training sketch are moved, as a slow wobble along
+them (a hand's). Others less, most of them hardly: a network that is only shown strokes that are
+off by half a sheet's thickness learns to trust none."""
 
 SPEED_NOISE = 0.1
 """Relative error of a training stroke's speed."""
@@ -83,12 +85,18 @@ def draw_strokes(
     """
     chosen = representatives(lines, int(rng.integers(counts[0], counts[1] + 1)))
     strokes = [Stroke(lines[i][:, :3], lines[i][:, 3:]) for i in chosen]
-    return [wobble(stroke, rng) for stroke in strokes] if jitter else strokes
+    if not jitter:
+        return strokes
+    size = JITTER * rng.random() ** 3
+    return [wobble(stroke, size, rng) for stroke in strokes]
 
 
-def wobble(stroke: Stroke, rng: np.random.Generator) -> Stroke:
-    """Return the stroke as an unsteady hand would draw it: slowly displaced, speed a bit off."""
-    knots = rng.normal(0, JITTER, (4, 3))
+def wobble(stroke: Stroke, size: float, rng: np.random.Generator) -> Stroke:
+    """Return the stroke as an unsteady hand would draw it: slowly displaced, speed a bit off.
+
+    size : standard deviation of the displacement, metres
+    """
+    knots = rng.normal(0, size, (4, 3))
     where = np.linspace(0, 3, len(stroke.points))
     offset = np.stack([np.interp(where, np.arange(4), knots[:, a]) for a in range(3)], axis=1)
     factor = 1 + SPEED_NOISE * rng.normal()

@@ -11,6 +11,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from liquid_splash_addon.core.condition import crossed_cells
 from liquid_splash_addon.core.network import Draft, Encoding, NetworkConfig, SplashNetwork
 
 from .learning import Learner
@@ -95,7 +96,7 @@ class SplashLearner(Learner):
             cut(draft.output, batch.start // 2, size // 2),
             cut(draft.features, batch.start // 4, size // 4),
         )
-        output: Tensor = network.detail(batch.detail.condition, part)
+        output: Tensor = network.detail(crossed_cells(batch.detail.condition), part)
         return output
 
     def choose_latent(self, encoding: Encoding, batch: Batch, progress: float) -> Tensor | None:
@@ -172,4 +173,3 @@ def cut(x: Tensor, start: Tensor, size: int) -> Tensor:
             for sample, (i, j, k) in zip(x, start.tolist(), strict=True)
         ]
     )
-

@@ -14,9 +14,10 @@ from torch.utils.data import DataLoader, Dataset, Sampler
 
 from liquid_splash_addon.core.alignment import Frame as LocalFrame
 from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.condition import closeness
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.network import closeness
 from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.voxels import VELOCITY
 
 from .dataset import Item, Sample, augmented_frame, sample_on
 from .frames import Frame
@@ -64,7 +65,7 @@ class Lesson(NamedTuple):
 
 
 def obstacle_closeness(obstacle: Obstacle, frame: LocalFrame, cells: int) -> np.ndarray:
-    """Return ``network.closeness`` of an obstacle (metres) on ``cells``^3 of the local box."""
+    """Return ``condition.closeness`` of an obstacle (metres) on ``cells``^3 of the local box."""
     grid = Grid.local(cells)
     points = frame.points_to_drawing(grid.centres().reshape(-1, 3).astype(np.float64))
     distance = torch.from_numpy(obstacle.distance(points) / grid.spacing)
@@ -166,7 +167,7 @@ def stream(
 def stack(samples: Sequence[Sample]) -> Cells:
     """Return samples of one shape as tensors."""
     condition = torch.from_numpy(np.stack([s.condition for s in samples]))
-    condition[:, 1:] /= VELOCITY_SCALE
+    condition[:, VELOCITY] /= VELOCITY_SCALE
     return Cells(
         condition.contiguous(memory_format=torch.channels_last_3d),
         torch.from_numpy(np.stack([s.distance for s in samples])),

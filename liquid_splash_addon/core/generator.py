@@ -11,11 +11,11 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
+from .condition import Crossed, closeness, crossed_cells, halved
 from .fields import AIR, Fields, settle
 from .grid import LOCAL_SPACING, Grid
-from .network import Draft, NetworkConfig, SplashNetwork, closeness, halved
+from .network import Draft, NetworkConfig, SplashNetwork
 from .precision import DTYPES
-from .voxels import clamp_speed
 
 FAINT = 0.01
 """Probability of liquid under which a draft's cell needs no detail."""
@@ -77,7 +77,7 @@ class Generator:
 
         Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
 
-        condition : float32 ``(4, X, Y, Z)`` of ``voxels.rasterize``; X, Y, Z multiples of 32,
+        condition : float32 ``(7, X, Y, Z)`` of ``voxels.rasterize``; X, Y, Z multiples of 32,
         of 16 in a draft.
         latent : float32 ``(L, l, l, l)`` of :func:`draw_latent`; None is the deterministic answer.
         obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
@@ -92,32 +92,35 @@ class Generator:
             )
         if obstacle is not None and obstacle.shape != condition.shape[1:]:
             raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape[1:]}")
-        strokes = self.tensor(clamp_speed(condition, self.fastest))
-        strokes[:, 1:] /= self.header["velocity_scale"]
+        scale = float(self.header["velocity_scale"])
+        crossed = crossed_cells(torch.from_numpy(condition)[None]).scaled(scale, self.fastest)
+        crossed = crossed.to(self.device)
         near = None
         if obstacle is not None:
             near = closeness(self.tensor(obstacle[None]), grid.spacing)
         z = None if latent is None else self.tensor(latent)
         output = (
-            self.full(strokes, z, near) if fine else self.network.draft(strokes, z, near).output[0]
+            self.full(crossed, z, near)
+            if fine
+            else self.network.draft(crossed.dense(), z, near).output[0]
         )
         threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
         occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
         reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
         distance = np.clip(output[1].cpu().numpy() * AIR, -reach, reach)
-        velocity = output[2:].cpu().numpy() * np.float32(self.header["velocity_scale"])
+        velocity = output[2:].cpu().numpy() * np.float32(scale)
         return settle(occupancy, distance, velocity, grid, reach)
 
     def tensor(self, array: np.ndarray) -> Tensor:
         """Return a copy of an array as a batch of one on the device."""
         return torch.tensor(array, dtype=torch.float32, device=self.device)[None]
 
-    def full(self, condition: Tensor, latent: Tensor | None, near: Tensor | None) -> Tensor:
+    def full(self, crossed: Crossed, latent: Tensor | None, near: Tensor | None) -> Tensor:
         """Return the output ``(5, X, Y, Z)`` at full resolution: detail where there may be liquid.
 
-        condition ``(1, 4, X, Y, Z)`` over the velocity scale; near ``(1, 1, X, Y, Z)``.
+        crossed : velocities over the velocity scale; near : ``(1, 1, X, Y, Z)``.
         """
-        strokes = halved(condition)
+        strokes = halved(crossed)
         near = None if near is None else F.avg_pool3d(near, 2)
         draft = self.network.draft(strokes, latent, near)
         output = F.interpolate(draft.output, scale_factor=2, mode="nearest")
@@ -126,7 +129,7 @@ class Generator:
         if box:
             fine, coarse = grown(box, 2.0), grown(box, 0.5)
             part = Draft(take(draft.output, box), take(draft.features, coarse))
-            take(output, fine)[:] = self.network.detail(take(condition, fine), part)
+            take(output, fine)[:] = self.network.detail(crossed.part(fine), part)
         return output[0]
 
 

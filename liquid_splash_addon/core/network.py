@@ -11,12 +11,18 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-CONDITION_CHANNELS = 4  # occupancy, velocity x, y, z
-OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
-NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
+from .condition import (
+    NEARNESS,
+    Crossed,
+    crossed_cells,
+    diffused_velocity,
+    halved,
+    nearness,
+    patches,
+)
+from .voxels import CHANNELS
 
-SPARSE = 1e-4
-"""Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
+OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
 
 
 @dataclass(frozen=True)
@@ -116,7 +122,7 @@ class DraftNetwork(nn.Module):
         super().__init__()
         widths = config.widths
         pairs = list(itertools.pairwise(widths))
-        inputs = CONDITION_CHANNELS + 1 + 3 + len(NEARNESS)
+        inputs = CHANNELS + 1 + 3 + len(NEARNESS)
         self.stem = convolution(inputs, widths[0], 2, 2)
         self.downs = nn.ModuleList(convolution(fine, coarse, 2, 2) for fine, coarse in pairs)
         self.encoder = nn.ModuleList(map(blocks, widths, config.encoder_blocks))
@@ -154,7 +160,7 @@ class DraftNetwork(nn.Module):
             if latent is not None and level >= first:
                 x = self.modulations[level - first](x, latent)
             x = self.decoder[level](x)
-        shape, flow = unfold(self.head(x)).float().split([2, 3], dim=1)
+        shape, flow = torch.split(unfold(self.head(x)).float(), [2, 3], dim=1)
         return Draft(torch.cat([shape, flow + encoding.flow], dim=1), x)
 
 
@@ -167,7 +173,7 @@ class DetailNetwork(nn.Module):
     def __init__(self, config: NetworkConfig) -> None:
         super().__init__()
         fine, coarse = config.detail_widths
-        self.stem = convolution(CONDITION_CHANNELS, fine, 2, 2)
+        self.stem = convolution(CHANNELS, fine, 2, 2)
         self.from_output = convolution(OUTPUT_CHANNELS, fine, 3)
         self.from_features = convolution(config.widths[0], coarse, 1)
         self.down = convolution(fine, coarse, 2, 2)
@@ -177,24 +183,21 @@ class DetailNetwork(nn.Module):
         self.decoder = blocks(fine, config.detail_blocks[2])
         self.head = silent(convolution(fine, 8 * OUTPUT_CHANNELS, 1))
 
-    def forward(self, condition: Tensor, draft: Draft) -> Tensor:
+    def forward(self, crossed: Crossed, draft: Draft) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``.
 
-        condition : ``(B, 4, X, Y, Z)``; draft : of the same part of the box, at half (output)
-        and a quarter (features) of the resolution.
+        crossed : of a condition ``(B, 7, X, Y, Z)``; draft : of the same part of the box, at
+        half (output) and a quarter (features) of the resolution.
         """
         dtype = self.stem.weight.dtype
-        logit, rest = draft.output.split([1, OUTPUT_CHANNELS - 1], dim=1)
+        logit, rest = torch.split(draft.output, [1, OUTPUT_CHANNELS - 1], dim=1)
         shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
-        x = self.stem(condition.to(dtype)) + self.from_output(shown.to(dtype))
+        x = patches(self.stem, crossed).to(dtype) + self.from_output(shown.to(dtype))
         x = self.encoder(F.relu_(x))
         y = F.relu_(self.down(x) + self.from_features(draft.features))
         y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")
         x = self.decoder(F.relu_(x + y))
-        # Added before it is unfolded, in the networks' own format and layout: the result is the
-        # largest array of all, and every pass over it costs as much as a convolution.
-        base = draft.output.to(dtype).repeat_interleave(8, dim=1)
-        return unfold(self.head(x) + base.contiguous(memory_format=torch.channels_last_3d)).float()
+        return unfold(self.head(x), draft.output)
 
 
 class SplashNetwork(nn.Module):
@@ -211,9 +214,10 @@ class SplashNetwork(nn.Module):
     ) -> Draft:
         """Return the draft of a whole box.
 
-        condition : ``(B, 4, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
+        condition : ``(B, 7, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
         part of its lattice that the box covers, None for the latent zero; obstacle :
-        ``(B, 1, x, y, z)`` of :func:`closeness`, None where there is none or it is not known.
+        ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is none or it is
+        not known.
         """
         if obstacle is None:
             obstacle = torch.zeros_like(condition[:, :1])
@@ -227,62 +231,32 @@ class SplashNetwork(nn.Module):
 
         obstacle : ``(B, 1, X / 2, Y / 2, Z / 2)``, see :meth:`draft`.
         """
-        output: Tensor = self.detail(condition, self.draft(halved(condition), latent, obstacle))
+        crossed = crossed_cells(condition)
+        output: Tensor = self.detail(crossed, self.draft(halved(crossed), latent, obstacle))
         return output
 
 
-def halved(condition: Tensor) -> Tensor:
-    """Return the condition on cells twice as large: crossed if one of eight is, mean velocity."""
-    occupied = F.avg_pool3d(condition[:, :1], 2)
-    velocity = F.avg_pool3d(condition[:, 1:], 2) / occupied.clamp_min(1e-9)
-    return torch.cat([(occupied > 0).to(condition.dtype), velocity], dim=1)
+def unfold(x: Tensor, base: Tensor | None = None) -> Tensor:
+    """Turn ``(B, 8 C, X, Y, Z)`` into ``(B, C, 2X, 2Y, 2Z)``: a 3D pixel shuffle.
 
-
-def closeness(distance: Tensor, spacing: float) -> Tensor:
-    """Return how near an obstacle is, 0 (25 mm away) to 1 (25 mm inside).
-
-    distance : signed distance to it in cells of ``spacing`` metres.
+    base : ``(B, C, X, Y, Z)`` that is added to all eight cells of each; the result has its type.
     """
-    return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
-
-
-def nearness(crossed: Tensor) -> Tensor:
-    """Return the density of strokes around each cell, one channel for each size in NEARNESS.
-
-    About 1 where one stroke passes. crossed : ``(B, 1, x, y, z)``.
-    """
-    means = []
-    for size in NEARNESS:
-        density = F.avg_pool3d(crossed, size) * size**2
-        means.append(F.interpolate(density, size=crossed.shape[2:], mode="trilinear"))
-    return torch.cat(means, dim=1)
-
-
-def diffused_velocity(condition: Tensor) -> Tensor:
-    """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
-
-    Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
-    average wherever it holds enough of a stroke. condition : ``(B, 4, X, Y, Z)``.
-    """
-    weight, flow = condition[:, :1], condition[:, 1:]
-    levels = []
-    while min(weight.shape[2:]) > 1 and not any(n % 2 for n in weight.shape[2:]):
-        weight, flow = F.avg_pool3d(weight, 2), F.avg_pool3d(flow, 2)
-        levels.append((weight, flow))
-    spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
-    for weight, flow in reversed(levels):
-        spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")
-        spread = (flow + SPARSE * spread) / (weight + SPARSE)
-    return F.interpolate(spread, scale_factor=2, mode="trilinear")
-
-
-def sum_over_cells(x: Tensor) -> Tensor:
-    """Return ``(B, C, 1, 1, 1)``."""
-    return x.sum((2, 3, 4), keepdim=True)
-
-
-def unfold(x: Tensor) -> Tensor:
-    """Turn ``(B, 8 C, X, Y, Z)`` into ``(B, C, 2X, 2Y, 2Z)``: a 3D pixel shuffle."""
     batch, channels, *shape = x.shape
     x = x.reshape(batch, channels // 8, 2, 2, 2, *shape).permute(0, 1, 5, 2, 6, 3, 7, 4)
+    if base is not None:
+        x = added(x, base[:, :, :, None, :, None, :, None])
     return x.reshape(batch, channels // 8, *(2 * n for n in shape))
+
+
+def added(x: Tensor, base: Tensor) -> Tensor:
+    """Return ``x + base`` as a contiguous array of the type of ``base``.
+
+    The network's result is its largest array, and every pass over it costs as much as a
+    convolution, so this makes one. Left to itself, the sum would take up the strides of ``x``.
+    """
+    if torch.is_grad_enabled():
+        return x + base
+    result = base.new_empty(x.shape)
+    for channel in range(x.shape[1]):  # apart, they stay in the cache
+        torch.add(x[:, channel], base[:, channel], out=result[:, channel])
+    return result

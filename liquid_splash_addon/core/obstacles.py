@@ -29,7 +29,7 @@ BAND = 4.0
 """Distances are known up to this many cells beyond the offset."""
 
 CLOSE = 0.025
-"""Metres up to which the generator takes notice of an obstacle (network.closeness)."""
+"""Metres up to which the generator takes notice of an obstacle (condition.closeness)."""
 
 CONTACT = (1.0, 3.0)
 """Cells from the obstacle up to which velocity is tangential, and from which it is as it was."""
@@ -170,7 +170,7 @@ def clearance(obstacles: Sequence[Obstacle], grid: Grid, band: float = BAND) -> 
 def generator_obstacle(obstacles: Sequence[Obstacle], grid: Grid) -> np.ndarray | None:
     """Return ``Generator.generate``'s obstacle on ``grid`` (local metres); None without any.
 
-    It is the signed distance in cells, ``(X, Y, Z)``, up to the 25 mm that ``network.closeness``
+    It is the signed distance in cells, ``(X, Y, Z)``, up to the 25 mm that ``condition.closeness``
     tells apart.
     """
     if not obstacles:

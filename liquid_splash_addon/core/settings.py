@@ -93,7 +93,7 @@ class SplashSettings(Settings):
     reach: float = setting(
         0.0,
         "Reach (m)",
-        "Farthest that liquid may be from a stroke, in metres at real size (0: as far as it flows). "
+        "Farthest that liquid may be from a stroke, in metres at real size (0: no bound). "
         "About 0.01 keeps letters and figures of a few strokes from being filled by sheets",
         low=0.0,
         high=0.4,

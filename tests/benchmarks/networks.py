@@ -7,6 +7,7 @@ from collections.abc import Callable
 import torch
 
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
+from liquid_splash_addon.core.voxels import CHANNELS
 from training.paper import PaperConfig, PaperGenerator
 
 CELLS = 128
@@ -31,7 +32,7 @@ def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
     Half precision is tried by autocast and with the weights themselves in it. casts_input : the
     network casts its input to the format of its weights.
     """
-    condition = (torch.rand(1, 4, CELLS, CELLS, CELLS) > 0.999).float()
+    condition = (torch.rand(1, CHANNELS, CELLS, CELLS, CELLS) > 0.999).float()
     times = []
     for layout in (torch.contiguous_format, torch.channels_last_3d):
         network = make().eval().to(memory_format=layout)  # type: ignore[call-overload]

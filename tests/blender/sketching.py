@@ -15,6 +15,7 @@ from liquid_splash_addon.blender import sketch as sketches
 from liquid_splash_addon.core.drawing import Drawing
 from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.voxels import VELOCITY
 
 SIZE = 0.32
 """Real size of the tests' splashes, metres: what they find does not hang on the default."""
@@ -45,7 +46,7 @@ class TubeGenerator:
         if latent is not None:
             distance += zoom(latent[0], grid.shape[0] // latent.shape[1], order=1)
         distance = np.clip(distance, -AIR, AIR).astype(np.float32)
-        velocity = condition[1:][(slice(None), *nearest)] * (distance < AIR)
+        velocity = condition[VELOCITY][(slice(None), *nearest)] * (distance < AIR)
         return Fields(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
 
 

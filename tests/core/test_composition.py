@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
 from liquid_splash_addon.core.alignment import Frame
-from liquid_splash_addon.core.blocks import SIDE, joined
 from liquid_splash_addon.core.blending import united
+from liquid_splash_addon.core.blocks import SIDE, joined
 from liquid_splash_addon.core.composition import compose
 from liquid_splash_addon.core.contact import push_out
 from liquid_splash_addon.core.grid import Grid

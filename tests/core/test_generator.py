@@ -8,6 +8,13 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from liquid_splash_addon.core.condition import (  # noqa: E402
+    closeness,
+    crossed_cells,
+    diffused_velocity,
+    halved,
+    patches,
+)
 from liquid_splash_addon.core.fields import settle  # noqa: E402
 from liquid_splash_addon.core.generator import (  # noqa: E402
     Generator,
@@ -19,12 +26,9 @@ from liquid_splash_addon.core.network import (  # noqa: E402
     Draft,
     NetworkConfig,
     SplashNetwork,
-    closeness,
-    diffused_velocity,
-    halved,
     unfold,
 )
-from liquid_splash_addon.core.voxels import rasterize  # noqa: E402
+from liquid_splash_addon.core.voxels import PLACE, VELOCITY, rasterize  # noqa: E402
 from liquid_splash_addon.core.weights import (  # noqa: E402
     WeightsError,
     default_weights_path,
@@ -54,10 +58,13 @@ def small_network():
 
 
 def random_condition(cells, share=0.01):
-    """Return strokes of a sort, ``(1, 4, n, n, n)``."""
+    """Return strokes of a sort, ``(1, 7, n, n, n)``."""
     rng = torch.Generator().manual_seed(1)
-    crossed = (torch.rand(1, 1, cells, cells, cells, generator=rng) < share).float()
-    return torch.cat([crossed, crossed * torch.randn(1, 3, cells, cells, cells, generator=rng)], 1)
+    shape = (1, 1, cells, cells, cells)
+    crossed = (torch.rand(shape, generator=rng) < share).float()
+    velocity = torch.randn(1, 3, *shape[2:], generator=rng)
+    place = torch.rand(1, 3, *shape[2:], generator=rng) - 0.5
+    return crossed * torch.cat([torch.ones(shape), velocity, place], dim=1)
 
 
 def test_unfolding_is_the_inverse_of_taking_every_second_cell():
@@ -85,27 +92,63 @@ def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
         assert not torch.allclose(unknown, network.draft(x, None, near).output, atol=1e-3)
 
 
-def test_halving_a_condition_keeps_strokes_and_their_velocity():
-    x = torch.zeros(1, 4, 4, 4, 4)
-    x[0, :, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0])
-    x[0, :, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0])
-    half = halved(x)
-    assert half[0, :, 0, 0, 0].tolist() == pytest.approx([1, 3, 0, -3])
-    assert half.abs().sum() == pytest.approx(7)
+def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
+    x = torch.zeros(1, 7, 4, 4, 4)
+    x[0, :, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
+    x[0, :, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
+    half = halved(crossed_cells(x))
+    # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
+    assert half[0, :, 0, 0, 0].tolist() == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
+    assert half.abs().sum() == pytest.approx(7.75)
+
+
+def test_crossed_cells_are_the_whole_condition():
+    x = random_condition(16, 0.05)
+    crossed = crossed_cells(x)
+    assert torch.equal(crossed.dense(), x)
+    box = (slice(2, 10), slice(0, 16), slice(5, 16))
+    assert torch.equal(crossed.part(box).dense(), x[:, :, 2:10, :, 5:16])
+
+
+def test_only_fast_strokes_are_shortened_and_keep_their_direction():
+    crossed = crossed_cells(random_condition(16, 0.05))
+    velocity, scaled = (c.values[:, VELOCITY] for c in (crossed, crossed.scaled(5.0, 1.5)))
+    speed = velocity.norm(dim=1, keepdim=True)
+    assert (speed > 1.5).any() and (speed < 1.5).any()
+    assert torch.allclose(scaled, velocity / speed * speed.clamp_max(1.5) / 5.0, atol=1e-6)
+    others = [c.values[:, PLACE] for c in (crossed, crossed.scaled(5.0, 1.5))]
+    assert torch.equal(*others)
+
+
+def test_patches_of_few_cells_are_the_convolution_of_all():
+    network, x = small_network(), random_condition(16, 0.05)
+    stem = network.detail.stem
+    with torch.no_grad():
+        stem.bias.normal_()
+        assert torch.allclose(patches(stem, crossed_cells(x)), stem(x), atol=1e-5)
+    patches(stem, crossed_cells(x)).square().sum().backward()
+    sparse = stem.weight.grad.clone()
+    stem.weight.grad = None
+    stem(x).square().sum().backward()
+    assert torch.allclose(sparse, stem.weight.grad, rtol=1e-4, atol=1e-4)
+    empty = torch.zeros_like(x)
+    assert torch.allclose(patches(stem, crossed_cells(empty)), stem(empty), atol=1e-6)
 
 
 def test_a_draft_sees_the_same_strokes_as_the_full_result():
     strokes = fan()
     fine, coarse = (rasterize(strokes, Grid.local(n)) for n in (128, 64))
-    half = halved(torch.from_numpy(fine)[None])[0].numpy()
+    half = halved(crossed_cells(torch.from_numpy(fine)[None]))[0].numpy()
     assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
-    speed = np.abs(coarse[1:]).max()
-    assert np.abs(half[1:] - coarse[1:]).mean(where=coarse[:1] > 0) < 0.05 * speed
+    speed = np.abs(coarse[VELOCITY]).max()
+    crossed = coarse[:1] > 0
+    assert np.abs(half[VELOCITY] - coarse[VELOCITY]).mean(where=crossed) < 0.05 * speed
+    assert np.abs(half[PLACE] - coarse[PLACE]).mean(where=crossed) < 0.05
 
 
 def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
     x = random_condition(32)
-    x[:, 1:] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
+    x[:, VELOCITY] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
     flow = diffused_velocity(x)
     assert torch.allclose(flow, torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1), atol=1e-3)
 
@@ -113,10 +156,11 @@ def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
 def test_details_of_a_part_are_those_of_the_whole():
     network, x = small_network(), random_condition(128, 0.001)
     with torch.no_grad():
-        draft = network.draft(halved(x))
-        whole = network.detail(x, draft)
+        crossed = crossed_cells(x)
+        draft = network.draft(halved(crossed))
+        whole = network.detail(crossed, draft)
         part = Draft(draft.output[..., 8:56, 8:56, 8:56], draft.features[..., 4:28, 4:28, 4:28])
-        crop = network.detail(x[..., 16:112, 16:112, 16:112], part)
+        crop = network.detail(crossed.part((slice(16, 112),) * 3), part)
     inside = slice(24, -24)  # the borders of the part look into nothing
     expected = whole[..., 16:112, 16:112, 16:112][..., inside, inside, inside]
     assert torch.allclose(crop[..., inside, inside, inside], expected, atol=1e-4)
@@ -135,7 +179,7 @@ def test_network_can_learn_a_pair_by_heart():
     x = random_condition(32, 0.02)
     truth = torch.zeros(1, 32, 32, 32)
     truth[:, 4:19, 3:22, 6:12] = 1
-    optimiser = torch.optim.Adam(network.parameters(), 1e-2)
+    optimiser = torch.optim.Adam(network.parameters(), 3e-3)
     for _ in range(90):
         logit = network(x)[:, 0]
         loss = torch.nn.functional.binary_cross_entropy_with_logits(
@@ -200,11 +244,11 @@ def test_generator_refuses_what_it_cannot_use():
     for spacing, multiple in ((2 * LOCAL_SPACING, 16), (LOCAL_SPACING, 32)):
         grid = Grid((multiple * 3 // 2, 32, 32), spacing, (0, 0, 0))
         with pytest.raises(ValueError, match=f"multiple of {multiple}"):
-            generator.generate(np.zeros((4, *grid.shape), np.float32), grid)
+            generator.generate(np.zeros((7, *grid.shape), np.float32), grid)
     grid = Grid.local(32)
     with pytest.raises(ValueError, match="obstacle's grid"):
         generator.generate(
-            np.zeros((4, 32, 32, 32), np.float32), grid, obstacle=np.zeros((16, 16, 16))
+            np.zeros((7, 32, 32, 32), np.float32), grid, obstacle=np.zeros((16, 16, 16))
         )
 
 
@@ -213,7 +257,7 @@ def test_full_result_is_the_whole_network_where_there_may_be_liquid():
     condition = random_condition(128, 0.001)[0].numpy()
     fields = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local())
     scaled = torch.from_numpy(condition)[None].clone()
-    scaled[:, 1:] /= 5.0
+    scaled[:, VELOCITY] /= 5.0
     with torch.no_grad():
         expected = torch.sigmoid(network(scaled)[0, 0]).numpy()
     assert np.abs(fields.occupancy - expected).max() < 1e-3

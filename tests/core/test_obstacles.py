@@ -7,10 +7,10 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.alignment import Frame
+from liquid_splash_addon.core.condition import closeness
 from liquid_splash_addon.core.contact import normals, push_out
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.meshing import level_surface, sample_field
-from liquid_splash_addon.core.network import closeness
 from liquid_splash_addon.core.obstacles import (
     CLOSE,
     Obstacle,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.voxels import clamp_speed, outside_share, rasterize
+from liquid_splash_addon.core.voxels import PLACE, VELOCITY, outside_share, rasterize
 
 from .sketching import line
 
@@ -21,12 +21,19 @@ def test_an_axis_line_crosses_a_row_of_cells():
     assert not condition[:, ~expected].any()
 
 
+def test_the_place_of_a_stroke_in_its_cells_is_known():
+    condition = rasterize([line((0.25, 0.57, 0.81), (1.25, 0.57, 0.81))], GRID)
+    place = condition[PLACE][:, condition[0] > 0]
+    assert np.abs(place[0]).max() <= 0.5
+    assert np.allclose(place[1], 0.2, atol=1e-4) and np.allclose(place[2], -0.4, atol=1e-4)
+
+
 def test_crossing_strokes_are_averaged():
     strokes = [
         line((0.05, 0.55, 0.55), (1.05, 0.55, 0.55), 2.0, points=41),
         line((0.55, 0.05, 0.55), (0.55, 1.05, 0.55), 2.0, points=41),
     ]
-    assert rasterize(strokes, GRID)[1:, 5, 5, 5] == pytest.approx([1.0, 1.0, 0.0], abs=1e-5)
+    assert rasterize(strokes, GRID)[VELOCITY, 5, 5, 5] == pytest.approx([1.0, 1.0, 0.0], abs=1e-5)
 
 
 def test_direction_of_sampling_does_not_matter():
@@ -39,12 +46,3 @@ def test_outside_is_left_out_and_measured():
     stroke = line((0.85, 0.5, 0.5), (2.45, 0.5, 0.5))
     assert outside_share([stroke], GRID) == pytest.approx(0.5, abs=0.05)
     assert rasterize([stroke], GRID)[0].sum() == 8
-
-
-def test_clamping_keeps_directions():
-    condition = rasterize([line((0.1, 0.1, 0.1), (1.2, 1.0, 0.8), 9.0)], GRID)
-    clamped = clamp_speed(condition, 3.0)
-    speed = np.linalg.norm(clamped[1:], axis=0)
-    assert speed.max() == pytest.approx(3.0, rel=1e-5)
-    assert np.allclose(np.cross(clamped[1:], condition[1:], axis=0), 0, atol=1e-4)
-    assert (clamp_speed(condition, 10.0) == condition).all()

@@ -10,11 +10,12 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.alignment import fit_frame  # noqa: E402
+from liquid_splash_addon.core.condition import crossed_cells, halved  # noqa: E402
 from liquid_splash_addon.core.fields import AIR  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
-from liquid_splash_addon.core.network import halved  # noqa: E402
 from liquid_splash_addon.core.pipeline import Cancelled, make_splash  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
+from liquid_splash_addon.core.voxels import VELOCITY  # noqa: E402
 from training.dataset import (  # noqa: E402
     augmented_frame,
     held_out_sample,
@@ -157,7 +158,7 @@ def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
         assert np.median(sample.distance[crossed]) < 0
         assert (sample.distance[crossed] < 1.5).mean() > 0.95
         wet = crossed & (sample.distance < 0)
-        drawn, there = sample.condition[1:, wet], sample.velocity[:, wet]
+        drawn, there = sample.condition[VELOCITY, wet], sample.velocity[:, wet]
         cosine = (drawn * there).sum(0) / (
             np.linalg.norm(drawn, axis=0) * np.linalg.norm(there, axis=0)
         )
@@ -183,7 +184,7 @@ def test_lessons_are_drawn_anew_and_in_range(toy_data: Path):
     first, second = lessons[0], lessons[len(items)]
     for lesson in (first, second):
         for part, spacing in ((lesson.box, 0.4 / 32), (lesson.part, 0.4 / 64)):
-            assert part.condition.shape == (4, 32, 32, 32) and part.condition.any()
+            assert part.condition.shape == (7, 32, 32, 32) and part.condition.any()
             assert part.velocity.shape == (3, 32, 32, 32)
             assert np.abs(part.distance).max() <= AIR
             assert part.grid.spacing == pytest.approx(spacing)
@@ -209,7 +210,7 @@ def test_the_part_is_where_the_lesson_says(toy_data: Path):
         lesson = lessons[number]
         assert all(s % 4 == 0 for s in lesson.start)
         here = tuple(slice(s // 2, s // 2 + 16) for s in lesson.start)
-        half = halved(torch.from_numpy(lesson.part.condition)[None])[0].numpy()
+        half = halved(crossed_cells(torch.from_numpy(lesson.part.condition)[None]))[0].numpy()
         seen = lesson.box.condition[(slice(None), *here)]
         assert np.array_equal(seen[0], half[0])
         wet = (lesson.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the networks are shown, made from the strokes on a grid (``voxels.rasterize``)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from .voxels import CHANNELS, PLACE, VELOCITY
+
+NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
+
+SPARSE = 1e-4
+"""Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
+
+
+class Crossed(NamedTuple):
+    """The cells of a condition that strokes cross: one in a thousand, so work on them is free.
+
+    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 7)``, the condition there; shape : of
+    the batch, ``(B, X, Y, Z)``.
+    """
+
+    where: Tensor
+    values: Tensor
+    shape: tuple[int, ...]
+
+    def dense(self) -> Tensor:
+        """Return the condition, ``(B, 7, X, Y, Z)``, channels last."""
+        batch, x, y, z = self.where.unbind(1)
+        cells = self.values.new_zeros(*self.shape, self.values.shape[1])
+        return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
+
+    def scaled(self, unit: float, limit: float) -> Crossed:
+        """Return the same with velocities over ``unit``, after those above ``limit`` are shortened.
+
+        unit, limit : m/s
+        """
+        velocity = self.values[:, VELOCITY]
+        speed = torch.linalg.vector_norm(velocity, dim=1, keepdim=True)
+        values = self.values.clone()
+        values[:, VELOCITY] = velocity * (limit / speed.clamp_min(limit)) / unit
+        return self._replace(values=values)
+
+    def to(self, device: str) -> Crossed:
+        """Return the same on a device."""
+        return self._replace(where=self.where.to(device), values=self.values.to(device))
+
+    def part(self, box: tuple[slice, ...]) -> Crossed:
+        """Return what lies in a box of cells, seen from its corner."""
+        low = self.where.new_tensor([0, *(side.start for side in box)])
+        high = self.where.new_tensor([self.shape[0], *(side.stop for side in box)])
+        inside = ((self.where >= low) & (self.where < high)).all(1)
+        sides = (side.stop - side.start for side in box)
+        return Crossed(self.where[inside] - low, self.values[inside], (self.shape[0], *sides))
+
+    def gathered(self, values: Tensor, air: Tensor) -> Tensor:
+        """Return ``values`` ``(n, C)`` summed over cells twice as large, channels last.
+
+        air : ``(C,)``, where every sum begins. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
+        """
+        batch, x, y, z = self.where.unbind(1)
+        sides = (n // 2 for n in self.shape[1:])
+        sums = air.to(values.dtype).expand(self.shape[0], *sides, -1)
+        sums = sums.index_put((batch, x // 2, y // 2, z // 2), values, accumulate=True)
+        return sums.permute(0, 4, 1, 2, 3)
+
+
+def crossed_cells(condition: Tensor) -> Crossed:
+    """Return the crossed cells of ``(B, 7, X, Y, Z)``."""
+    where = condition[:, 0].nonzero()
+    batch, x, y, z = where.unbind(1)
+    return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
+
+
+def halved(crossed: Crossed) -> Tensor:
+    """Return the condition on cells twice as large: crossed if one of eight is, mean of the rest.
+
+    The result is ``(B, 7, X / 2, Y / 2, Z / 2)``.
+    """
+    place = (crossed.values[:, PLACE] + crossed.where[:, 1:] % 2 - 0.5) / 2
+    values = torch.cat([crossed.values[:, : PLACE.start], place], dim=1)
+    sums = crossed.gathered(values, values.new_zeros(CHANNELS))
+    count = sums[:, :1]
+    return torch.cat([(count > 0).to(sums.dtype), sums[:, 1:] / count.clamp_min(1)], dim=1)
+
+
+def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
+    """Return ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
+
+    The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
+    """
+    assert stem.bias is not None
+    kernels = stem.weight.permute(2, 3, 4, 0, 1).flatten(0, 2)  # (8, C, 7)
+    eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
+    values = kernels[eighth] @ crossed.values[:, :, None].to(kernels.dtype)
+    return crossed.gathered(values[:, :, 0], stem.bias)
+
+
+def closeness(distance: Tensor, spacing: float) -> Tensor:
+    """Return how near an obstacle is, 0 (25 mm away) to 1 (25 mm inside).
+
+    distance : signed distance to it in cells of ``spacing`` metres.
+    """
+    return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
+
+
+def nearness(crossed: Tensor) -> Tensor:
+    """Return the density of strokes around each cell, one channel for each size in NEARNESS.
+
+    About 1 where one stroke passes. crossed : ``(B, 1, x, y, z)``.
+    """
+    means = []
+    for size in NEARNESS:
+        density = F.avg_pool3d(crossed, size) * size**2
+        means.append(F.interpolate(density, size=crossed.shape[2:], mode="trilinear"))
+    return torch.cat(means, dim=1)
+
+
+def diffused_velocity(condition: Tensor) -> Tensor:
+    """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
+
+    Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
+    average wherever it holds enough of a stroke. condition : ``(B, 4 or more, X, Y, Z)``.
+    """
+    weight, flow = condition[:, :1], condition[:, VELOCITY]
+    levels = []
+    while min(weight.shape[2:]) > 1 and not any(n % 2 for n in weight.shape[2:]):
+        weight, flow = F.avg_pool3d(weight, 2), F.avg_pool3d(flow, 2)
+        levels.append((weight, flow))
+    spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
+    for weight, flow in reversed(levels):
+        spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")
+        spread = (flow + SPARSE * spread) / (weight + SPARSE)
+    return F.interpolate(spread, scale_factor=2, mode="trilinear")
+
+
+def sum_over_cells(x: Tensor) -> Tensor:
+    """Return ``(B, C, 1, 1, 1)``."""
+    return x.sum((2, 3, 4), keepdim=True)
