@@ -11,9 +11,7 @@ from ..fields import AIR
 from ..grid import Grid
 from ..meshing import Mesh, neighbour_mean
 from .particle_level import FINER, FineLevel, fill_atlas
-
-LEAST_RADIUS = 0.6
-"""Cells: smaller drops have no mesh."""
+from .settings import SMALLEST
 
 SMOOTHING = 8
 """Steps against the staircase and the particles' bumps."""
@@ -32,7 +30,7 @@ class DropCloud:
     positions : float32 ``(n, 3)``, metres
     velocities : float32 ``(n, 3)``, m/s
     radii : float32 ``(n,)``, metres, of balls of the same volume
-    meshed : bool ``(n,)``, which of them are in ``mesh``
+    meshed : bool ``(n,)``, which of them are in ``mesh``: those of SMALLEST cells or more
     mesh : their surfaces, metres
     owner : int32, the drop of each vertex of the mesh
     """
@@ -102,7 +100,7 @@ def drop_cloud(
     centre = means(places, drop, weight) / FINER
     velocity = means(fine.velocity[inside], drop, weight)
     radii = (0.75 / np.pi * volume) ** (1 / 3) / FINER
-    meshed = radii >= LEAST_RADIUS
+    meshed = radii >= SMALLEST
     mesh, owner = mesh_drops(
         fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion
     )

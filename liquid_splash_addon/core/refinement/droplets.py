@@ -39,6 +39,8 @@ def add_droplets(liquid: Liquid, settings: DropletSettings) -> Detail:
     if not len(points):
         return Detail(liquid)
     drops, warnings = make_particles(liquid, points, settings, rng)
+    if not len(drops.spacing):
+        return Detail(liquid, warnings=warnings)
     steps = max(round(settings.flight / STEP), 1)
     drops = simulate(drops, steps, settings.flight / steps, settings.cohesion)
     fine = FineLevel.of(drops)
@@ -77,7 +79,8 @@ def make_particles(
             f"Droplets: {fitting} of {len(points)} drops, as {settings.particles:,} particles "
             "are the bound (lower Amount or raise Most Particles)"
         )
-    parts = [
+    parts = [np.zeros((0, 3))]
+    parts += [
         ball(count, int(rng.integers(PATTERNS))) @ random_turn(rng) * radius + point
         for point, radius, count in zip(
             points[:fitting], radii[:fitting], counts[:fitting], strict=True
