@@ -10,6 +10,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.refinement import ruptures
 from liquid_splash_addon.core.refinement.cleanup import remove_specks
 from liquid_splash_addon.core.refinement.droplets import (
     add_droplets,
@@ -123,3 +124,17 @@ def test_small_drops_are_points_only():
     np.testing.assert_array_equal(cloud.meshed, cells >= SMALLEST)
     assert 0 < cloud.meshed.sum() < len(cells)
     assert set(cloud.owner) == set(np.flatnonzero(cloud.meshed))
+
+
+def test_more_air_than_memory_allows_is_left_out_with_a_warning(monkeypatch):
+    settings = RuptureSettings(amount=1.0)
+    whole = add_ruptures(LIQUID, settings)
+    assert not whole.warnings
+    monkeypatch.setattr(ruptures, "MOST_AIR", 5_000)
+    sizes = []
+    thinned = ruptures.thinned
+    monkeypatch.setattr(ruptures, "thinned", lambda a: sizes.append(len(a.spacing)) or thinned(a))
+    part = add_ruptures(LIQUID, settings)
+    assert 0 < sizes[0] <= 5_000
+    assert "lower Amount" in part.warnings[0]
+    assert whole.gained < part.gained < 0
