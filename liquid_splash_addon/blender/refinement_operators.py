@@ -14,6 +14,11 @@ from .panels import shown_splash
 from .refinements import ITEMS, add_step
 
 
+def is_model(item: bpy.types.Object | None) -> bool:
+    """Whether an object is a model."""
+    return item is not None and item.splash_model.is_model
+
+
 class StackOperator:
     """What the buttons share: a splash, changed, then evaluated anew."""
 
@@ -125,7 +130,7 @@ class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
 
 
 class SPLASH_OT_drop_points(bpy.types.Operator):
-    """Add the free drops as a point cloud with radius and velocity, which follows the splash"""
+    """Add the free drops as a point cloud with radius and velocity; it follows its splash"""
 
     bl_idname = "splash.drop_points"
     bl_label = "Drops as Points"
@@ -134,16 +139,18 @@ class SPLASH_OT_drop_points(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there is a list."""
+        """Whether there are refinements, of the splash or those of a model."""
+        if is_model(context.active_object):
+            return True
         return bool(StackOperator.poll.__func__(cls, context))  # type: ignore[attr-defined]
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object, and evaluate: the drops themselves are not stored."""
-        splash = shown_splash(context)
+        item = context.active_object if is_model(context.active_object) else shown_splash(context)
         try:
-            check_writable(splash)
-            drop_points.ensure(splash)
-            evaluation.evaluate(splash)
+            check_writable(item)
+            drop_points.ensure(item)
+            live.evaluate(item)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -7,6 +7,7 @@ import pytest
 
 from liquid_splash_addon.blender import drop_points
 from liquid_splash_addon.core.refinement.settings import SMALLEST
+from tests.blender.modelling import single
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
 
 CELL = 0.4 / 64
@@ -96,3 +97,20 @@ def test_points_that_were_deleted_or_are_edited_do_no_harm(splash):
     bpy.context.view_layer.objects.active = splash
     assert bpy.ops.splash.drop_points() == {"FINISHED"}
     assert len(splash.splash_stack.points.data.vertices) > 0
+
+
+@pytest.mark.usefixtures("thick_drafts")
+def test_a_model_has_points_of_its_own():
+    model = single()
+    bpy.context.view_layer.objects.active = model
+    bpy.ops.splash.refinement_add(kind="DROPLETS")
+    drops = model.splash_model.parts[0].splash.splash_stack.items[0].droplets
+    drops.amount, drops.flight, drops.spread = 0.01, 0.1, 1.0
+    assert bpy.ops.splash.drop_points() == {"FINISHED"}
+    item = model.splash_stack.points
+    assert item.parent == model and len(item.data.vertices) > 0
+    count = len(item.data.vertices)
+    model.splash_model.settings.count = 2
+    assert count < len(item.data.vertices) <= 2 * count
+    model.splash_model.parts[0].splash.splash_stack.items[0].show = False
+    assert len(item.data.vertices) == 0

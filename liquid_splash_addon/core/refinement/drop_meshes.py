@@ -95,11 +95,10 @@ def drop_cloud(
     inside = own >= 0
     drop = own[inside]
     weight = np.clip(0.5 - fine.level[inside], 0, 1)
-    volume = np.maximum(np.bincount(drop, weight, len(free)), 1e-6)
     places = fine.cells.coordinates[inside] + fine.start + 0.5
     centre = means(places, drop, weight) / FINER
     velocity = means(fine.velocity[inside], drop, weight)
-    radii = (0.75 / np.pi * volume) ** (1 / 3) / FINER
+    radii = drop_radii(fine, own)
     meshed = radii >= SMALLEST
     mesh, owner = mesh_drops(
         fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion
@@ -112,6 +111,13 @@ def drop_cloud(
         mesh,
         owner,
     )
+
+
+def drop_radii(fine: FineLevel, label: np.ndarray) -> np.ndarray:
+    """Return the radius, cells, of a ball of each drop's volume; label : see :func:`drop_cloud`."""
+    inside = label >= 0
+    volume = np.bincount(label[inside], np.clip(0.5 - fine.level[inside], 0, 1))
+    return np.asarray(np.cbrt(0.75 / np.pi * np.maximum(volume, 1e-6)) / FINER)
 
 
 def means(values: np.ndarray, group: np.ndarray, weight: np.ndarray) -> np.ndarray:
