@@ -58,6 +58,16 @@ def test_changelog_entries_name_their_part() -> None:
     assert all(re.match(r"- (Add-on|Core|Training|Project): ", line) for line in entries)
 
 
+def test_the_readme_names_every_module(sources: dict[str, list[str]]) -> None:
+    named = re.findall(r"\w+\.py", (ROOT / "README.md").read_text(encoding="utf-8"))
+    modules = [
+        Path(name).name
+        for name in sources
+        if name.startswith(("liquid_splash_addon/", "training/")) and "__init__" not in name
+    ]
+    assert {name for name in modules if named.count(name) < modules.count(name)} == set()
+
+
 def test_every_source_has_its_licence_line(sources: dict[str, list[str]]) -> None:
     assert [name for name, lines in sources.items() if LICENSE_LINE not in lines[:2]] == []
 

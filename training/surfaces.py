@@ -35,19 +35,30 @@ def crossing_faces(mesh: Mesh) -> float:
     return float(meshes.current_mesh().selected_face_number() / max(len(mesh.faces), 1))
 
 
-def measure(item: Item) -> dict[str, float]:
-    """Return the figures of one frame; distances in cells, crossings as shares of the faces."""
-    distance = np.pad(item.load().signed_distance, 2, constant_values=AIR)
+def true_liquid(item: Item) -> Liquid:
+    """Return the liquid of a stored frame, air around it."""
+    frame = item.load()
+    distance = np.pad(frame.signed_distance, 2, constant_values=AIR)
+    velocity = np.moveaxis(frame.block_velocity, -1, 0)
+    for axis in (1, 2, 3):
+        velocity = np.repeat(velocity, 2, axis=axis)
     x, y, z = distance.shape
     grid = Grid((x, y, z), item.spacing, (0.0, 0.0, 0.0))
-    liquid = Liquid(distance, np.zeros((3, *distance.shape), dtype=np.float32), grid)
+    return Liquid(distance, np.pad(velocity, ((0, 0), (2, 2), (2, 2), (2, 2))), grid)
+
+
+def measure(item: Item) -> dict[str, float]:
+    """Return the figures of one frame; distances in cells, crossings as shares of the faces."""
+    liquid = true_liquid(item)
     refiner = Refiner(liquid.fields())
     mesh = refiner.refine([]).mesh
+    distance, grid = liquid.level, liquid.grid
     away = np.abs(sample_field(distance[None], grid.to_cells(mesh.vertices)))
     return {
         "distance": float(away.mean()),
         "distance_95": float(np.quantile(away, 0.95)),
         "crossing": crossing_faces(mesh),
+        "crossing_droplets": crossing_faces(refiner.refine([DropletSettings()]).mesh),
         "crossing_waves": crossing_faces(refiner.refine([WaveSettings()]).mesh),
         "crossing_all": crossing_faces(refiner.refine([DropletSettings(), WaveSettings()]).mesh),
     }

@@ -13,6 +13,7 @@
     generators     loaded weights, kept until the add-on goes
     obstacles      the meshes that each splash keeps out of
     refinements    the list of refinements on each splash; evaluation refines anew on a change
+    drop_points    the drops that fly free, as a point cloud
     layers         a splash for each layer of a sketch; targets tells which splash is meant
     model          several splashes as one: model_parts lists them, model_evaluation joins them
     live           evaluates what was changed, splash or model, in a thread

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import live, mesh_object
+from . import drop_points, live, mesh_object
 from .generation import SceneError, check_writable, frame_from_text
 from .model import models_of
 from .obstacles import obstacles_of
@@ -123,6 +123,7 @@ def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
     mesh_object.write_mesh(splash.data, outcome.mesh)
+    drop_points.write(splash, outcome.drops)
     remember(splash, task.name, outcome.gained, outcome.warnings)
 
 

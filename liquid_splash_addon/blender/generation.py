@@ -20,7 +20,7 @@ import numpy as np
 from ..core.alignment import Frame
 from ..core.drawing import Drawing, check_drawings, drawing_scale, strokes_from_drawings
 from ..core.settings import SplashSettings
-from . import dependencies, generators, mesh_object
+from . import dependencies, drop_points, generators, mesh_object
 from .grease_pencil import read_drawings
 from .obstacles import obstacles_of
 from .preferences import keep_precision, known_precision, weights_path
@@ -31,7 +31,7 @@ from .targets import Target
 if TYPE_CHECKING:
     from ..core.meshing import Mesh
     from ..core.obstacles import Obstacle
-    from ..core.pipeline import Report
+    from ..core.pipeline import Drops, Report
     from ..core.refinement.settings import RefinementSettings
 
 
@@ -77,6 +77,7 @@ class Result:
     """All that a run leaves, ready to be written into the scene."""
 
     mesh: Mesh
+    drops: Drops | None
     frame: Frame
     fields: bytes
     weights_hash: str
@@ -171,6 +172,7 @@ def compute(request: Request, report: Report) -> Result:
     seconds = time.perf_counter() - start
     return Result(
         mesh=splash.mesh,
+        drops=splash.drops,
         frame=splash.frame,
         fields=fields,
         weights_hash=generator.weights_hash,
@@ -212,6 +214,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
         check_writable(splash)
         mesh_object.follow_sketch(splash, sketch)
     mesh_object.write_mesh(splash.data, result.mesh)
+    drop_points.write(splash, result.drops)
     mesh_object.store_fields(splash.data, result.fields)
     context.view_layer.update()
     remember(splash, sketch, request, result)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.refinement.settings import RefinementSettings, WaveSettings
 from ..core.settings import ModelSettings
-from . import evaluation, live, mesh_object, model_parts
+from . import drop_points, evaluation, live, mesh_object, model_parts
 from .generation import SceneError, check_writable
 from .model import SplashPartGroup
 from .obstacles import obstacles_of
@@ -179,6 +179,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     """Write the joint mesh, and hide the splashes that it stands for."""
     check_writable(model)
     mesh_object.write_mesh(model.data, made.mesh)
+    drop_points.write(model, made.drops)
     group = model.splash_model
     group.evaluated = task.name
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"

@@ -8,10 +8,15 @@ from bpy.props import EnumProperty
 
 from ..core.refinement.presets import PRESETS
 from ..core.refinement.settings import KINDS
-from . import evaluation, live
+from . import drop_points, evaluation, live
 from .generation import check_writable
 from .panels import shown_splash
 from .refinements import ITEMS, add_step
+
+
+def is_model(item: bpy.types.Object | None) -> bool:
+    """Whether an object is a model."""
+    return item is not None and item.splash_model.is_model
 
 
 class StackOperator:
@@ -124,6 +129,34 @@ class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
         """Nothing in the list changes."""
 
 
+class SPLASH_OT_drop_points(bpy.types.Operator):
+    """Add the free drops as a point cloud with radius and velocity; it follows its splash"""
+
+    bl_idname = "splash.drop_points"
+    bl_label = "Drops as Points"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    needs_items = True
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there are refinements, of the splash or those of a model."""
+        if is_model(context.active_object):
+            return True
+        return bool(StackOperator.poll.__func__(cls, context))  # type: ignore[attr-defined]
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Add the object, and evaluate: the drops themselves are not stored."""
+        item = context.active_object if is_model(context.active_object) else shown_splash(context)
+        try:
+            check_writable(item)
+            drop_points.ensure(item)
+            live.evaluate(item)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
 class SPLASH_OT_refinement_apply(bpy.types.Operator):
     """Keep the refined mesh as it is and empty the list"""
 
@@ -161,6 +194,7 @@ CLASSES = (
     SPLASH_OT_refinement_remove,
     SPLASH_OT_refinement_move,
     SPLASH_OT_refinement_update,
+    SPLASH_OT_drop_points,
     SPLASH_OT_refinement_apply,
 )
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

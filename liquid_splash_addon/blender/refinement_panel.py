@@ -74,6 +74,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         )
         row.operator(operators.SPLASH_OT_refinement_apply.bl_idname, text="Apply", icon="CHECKMARK")
         draw_settings(layout, stack)
+        layout.operator(operators.SPLASH_OT_drop_points.bl_idname, icon="POINTCLOUD_DATA")
         # The first use of a kind compiles it: that takes seconds, and should not look idle.
         if text := live.stage_of(splash) or stack.summary:
             layout.label(text=text)

@@ -66,6 +66,9 @@ class SplashStackGroup(bpy.types.PropertyGroup):
     items: CollectionProperty(type=SplashRefinementGroup)
     active: IntProperty(name="Active", description="The refinement whose settings are shown")
     evaluated: StringProperty(description="What the mesh was last refined with")
+    points: PointerProperty(
+        type=bpy.types.Object, name="Drops", description="The free drops as points"
+    )
     summary: StringProperty(description="What the refinements did to the volume")
     warnings: StringProperty(description="What the refinements had to say, one line each")
 

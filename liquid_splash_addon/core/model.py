@@ -172,7 +172,8 @@ def free_drops(
     Gone are those in the liquid of another part, in an obstacle, or in a drop of a part before
     (a splash that was joined with itself, or that stands across a mirror).
     """
-    found = Drops(*(np.zeros(shape, dtype=np.float32) for shape in ((0, 3), (0, 3), 0)))
+    nothing = np.zeros((0, 3), dtype=np.float32)
+    found = Drops(nothing, nothing, nothing[:, 0], np.zeros(0, dtype=bool))
     balls = Mesh.empty()
     for part in parts:
         frame = part.placed.frame

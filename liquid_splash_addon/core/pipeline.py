@@ -45,11 +45,13 @@ class Drops(NamedTuple):
     ----------
     positions, velocities : float32 ``(n, 3)``
     radii : float32 ``(n,)``
+    meshed : bool ``(n,)``, which of them the splash's mesh holds
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     radii: np.ndarray
+    meshed: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -175,6 +177,7 @@ def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
         frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
         frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
         (cloud.radii / frame.scale).astype(np.float32),
+        cloud.meshed,
     )
 
 

@@ -92,8 +92,8 @@ def bounds(item: bpy.types.Object) -> np.ndarray:
     return np.stack([vertices(item).min(axis=0), vertices(item).max(axis=0)])
 
 
-def bodies(item: bpy.types.Object) -> set[int]:
-    """Return a vertex of each connected piece."""
+def bodies(item: bpy.types.Object, size: int = 1) -> set[int]:
+    """Return a vertex of each connected piece of ``size`` vertices or more."""
     faces = read_mesh(item.data).faces
     first = np.arange(len(item.data.vertices))
     for _ in range(500):
@@ -103,7 +103,8 @@ def bodies(item: bpy.types.Object) -> set[int]:
         first = first[first]
         if (first == before).all():
             break
-    return set(first.tolist())
+    found, counts = np.unique(first, return_counts=True)
+    return set(found[counts >= size].tolist())
 
 
 def single(matrix: Matrix | None = None) -> bpy.types.Object:

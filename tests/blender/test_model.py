@@ -120,9 +120,10 @@ def test_drops_are_in_the_model_once():
         bpy.ops.splash.refinement_add(kind="DROPLETS")
         part(name).splash_stack.items[0].droplets.amount = 0.05
         part(name).splash_stack.items[0].droplets.flight = 0.05
-    pieces = len(bodies(model))
+    # More than specks of a cell or two, which the joint loses.
+    pieces = len(bodies(model, 24))
     assert pieces > 3, "there are drops"
-    assert pieces == pytest.approx(len(bodies(part("A"))), abs=2)
+    assert pieces == pytest.approx(len(bodies(part("A"), 24)), abs=1)
     assert edges_twice(model)
 
 

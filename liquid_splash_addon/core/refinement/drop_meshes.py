@@ -11,9 +11,7 @@ from ..fields import AIR
 from ..grid import Grid
 from ..meshing import Mesh, neighbour_mean
 from .particle_level import FINER, FineLevel, fill_atlas
-
-LEAST_RADIUS = 0.6
-"""Cells: smaller drops have no mesh."""
+from .settings import SMALLEST
 
 SMOOTHING = 8
 """Steps against the staircase and the particles' bumps."""
@@ -32,7 +30,7 @@ class DropCloud:
     positions : float32 ``(n, 3)``, metres
     velocities : float32 ``(n, 3)``, m/s
     radii : float32 ``(n,)``, metres, of balls of the same volume
-    meshed : bool ``(n,)``, which of them are in ``mesh``
+    meshed : bool ``(n,)``, which of them are in ``mesh``: those of SMALLEST cells or more
     mesh : their surfaces, metres
     owner : int32, the drop of each vertex of the mesh
     """
@@ -97,12 +95,11 @@ def drop_cloud(
     inside = own >= 0
     drop = own[inside]
     weight = np.clip(0.5 - fine.level[inside], 0, 1)
-    volume = np.maximum(np.bincount(drop, weight, len(free)), 1e-6)
     places = fine.cells.coordinates[inside] + fine.start + 0.5
     centre = means(places, drop, weight) / FINER
     velocity = means(fine.velocity[inside], drop, weight)
-    radii = (0.75 / np.pi * volume) ** (1 / 3) / FINER
-    meshed = radii >= LEAST_RADIUS
+    radii = drop_radii(fine, own)
+    meshed = radii >= SMALLEST
     mesh, owner = mesh_drops(
         fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion
     )
@@ -114,6 +111,13 @@ def drop_cloud(
         mesh,
         owner,
     )
+
+
+def drop_radii(fine: FineLevel, label: np.ndarray) -> np.ndarray:
+    """Return the radius, cells, of a ball of each drop's volume; label : see :func:`drop_cloud`."""
+    inside = label >= 0
+    volume = np.bincount(label[inside], np.clip(0.5 - fine.level[inside], 0, 1))
+    return np.asarray(np.cbrt(0.75 / np.pi * np.maximum(volume, 1e-6)) / FINER)
 
 
 def means(values: np.ndarray, group: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from ..fields import AIR
 from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
-from .drop_meshes import drop_cloud
+from .drop_meshes import drop_cloud, drop_radii
 from .front import band_cells, break_measure, choose
 from .level import Liquid
 from .particle_level import FineLevel
@@ -39,12 +39,16 @@ def add_droplets(liquid: Liquid, settings: DropletSettings) -> Detail:
     if not len(points):
         return Detail(liquid)
     drops, warnings = make_particles(liquid, points, settings, rng)
+    if not len(drops.spacing):
+        return Detail(liquid, warnings=warnings)
     steps = max(round(settings.flight / STEP), 1)
     drops = simulate(drops, steps, settings.flight / steps, settings.cohesion)
     fine = FineLevel.of(drops)
     label = fine.components()
-    merged = merging(liquid, fine, label)
-    wet = united(liquid, fine, (label < 0) | merged[label])
+    large = np.append(drop_radii(fine, label) >= SMALLEST, False)
+    merged = merging(liquid, fine, label, large)
+    # What a grid cannot hold would be specks of one cell on it: inside the splash it is gone.
+    wet = united(liquid, fine, (label < 0) | (merged & large)[label])
     cloud = drop_cloud(fine, label, merged, liquid.grid, settings.cohesion)
     gained = wet.volume - liquid.volume + cloud.volume / liquid.grid.spacing**3
     return Detail(wet, gained, warnings, cloud)
@@ -77,7 +81,8 @@ def make_particles(
             f"Droplets: {fitting} of {len(points)} drops, as {settings.particles:,} particles "
             "are the bound (lower Amount or raise Most Particles)"
         )
-    parts = [
+    parts = [np.zeros((0, 3))]
+    parts += [
         ball(count, int(rng.integers(PATTERNS))) @ random_turn(rng) * radius + point
         for point, radius, count in zip(
             points[:fitting], radii[:fitting], counts[:fitting], strict=True
@@ -93,15 +98,19 @@ def make_particles(
     ), warnings
 
 
-def merging(liquid: Liquid, fine: FineLevel, label: np.ndarray) -> np.ndarray:
-    """Return which drops meet the splash, bool ``(drops + 1,)``; the last is that of label -1."""
+def merging(liquid: Liquid, fine: FineLevel, label: np.ndarray, large: np.ndarray) -> np.ndarray:
+    """Return which drops meet the splash, bool ``(drops + 1,)``; the last is that of label -1.
+
+    large : bool ``(drops + 1,)``, those that may lie beside it; the others must touch it.
+    """
     cells = (fine.cells.coordinates + fine.start) // 2
     shape = liquid.level.shape
     inside = ((cells >= 0) & (cells < shape)).all(axis=1)
     level = np.full(len(label), AIR, dtype=np.float32)
     level[inside] = liquid.distance[tuple(cells[inside].T)]
     meets = np.zeros(label.max() + 2, dtype=bool)
-    meets[label[(level < BESIDE) & (label >= 0)]] = True
+    near = level < np.where(large, BESIDE, 0.0)[label]
+    meets[label[near & (label >= 0)]] = True
     return meets
 
 

@@ -22,6 +22,15 @@ RADIUS = 1.18
 """Distance of the surface from the weighted mean of the particles near it, over their spacing:
 a ball of 100 to 400 particles then has the volume that they stand for, within 5 %."""
 
+LOOSE, DENSE = 0.12, 0.22
+"""Shares of the space around that particles fill. Those of a drop fill over a quarter at its
+surface. Where they fill less, they have flown apart, and the mean of those around is no place
+where one of them is: the surface then is also that of balls around the particles."""
+
+ALONE, TOGETHER = 0.62, 1.4
+"""Radii of these balls over the spacing: from the volume that a particle stands for, where it is
+LOOSE, to more than a drop's surface is away from them."""
+
 LAYERS = 4
 """Fine cells around the particles that get a distance."""
 
@@ -52,14 +61,15 @@ class FineLevel:
         placed = (fine - start).astype(np.float32)
         x, y, z = (int(n) + LAYERS + 3 for n in placed.max(axis=0))
         cells = activate(placed, (x, y, z), LAYERS)
-        sums = np.zeros((len(cells.coordinates), 8), dtype=np.float32)
+        sums = np.zeros((len(cells.coordinates), 11), dtype=np.float32)
         _accumulate(
             placed, drops.spacing * FINER, drops.velocities, cells.table, cells.leaves, sums
         )
         known = np.maximum(sums[:, :1], 1e-12)
         level = np.linalg.norm(sums[:, 1:4] / known, axis=1) - RADIUS * sums[:, 4] / known[:, 0]
+        level = np.maximum(level, _balls(*sums[:, 8:].T))
         level[sums[:, 0] <= 0] = AIR
-        return cls(cells, start, level.astype(np.float32), sums[:, 5:] / known)
+        return cls(cells, start, level.astype(np.float32), sums[:, 5:8] / known)
 
     def coarse(
         self, shape: tuple[int, int, int], drawn: np.ndarray
@@ -93,9 +103,26 @@ class FineLevel:
         return np.where(self.level < 0, names[label], -1).astype(np.int32)
 
 
+def _balls(weight: np.ndarray, nearest: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Return the distance ``(n,)`` to the ball around the nearest particle, see TOGETHER.
+
+    weight : sum of the particles' weights; nearest : the largest of them, before it is cubed;
+    spacing : of that particle, fine cells.
+    """
+    # The weight's integral over its reach, a ball, is 64 pi / 315 of the cube of the reach.
+    filled = 315 / (64 * np.pi * REACH**3) * weight
+    share = np.clip((filled - LOOSE) / (DENSE - LOOSE), 0, 1)
+    distance = REACH * np.sqrt(np.clip(1 - nearest, 0, 1))
+    return np.asarray((distance - ALONE - share * (TOGETHER - ALONE)) * spacing)
+
+
 @njit(cache=True, fastmath=True)
 def _accumulate(positions, spacing, velocities, table, leaves, sums):
-    """Add weight, offset, spacing and velocity of each particle to the cells in its reach."""
+    """Add what each particle brings to the cells in its reach.
+
+    sums : float32 ``(n, 11)``: weight by volume, with it offset (3), spacing and velocity (3);
+    then the mere weight, and the nearest particle's: before it is cubed, and its spacing.
+    """
     for p in range(len(positions)):
         x, y, z = positions[p, 0] - 0.5, positions[p, 1] - 0.5, positions[p, 2] - 0.5
         i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
@@ -115,7 +142,11 @@ def _accumulate(positions, spacing, velocities, table, leaves, sums):
                     n = find(table, leaves, a, b, c)
                     if n < 0:
                         continue
-                    w = near * near * near * volume
+                    w = near * near * near
+                    sums[n, 8] += w
+                    if near > sums[n, 9]:
+                        sums[n, 9], sums[n, 10] = near, spacing[p]
+                    w *= volume
                     sums[n, 0] += w
                     sums[n, 1] += w * dx
                     sums[n, 2] += w * dy

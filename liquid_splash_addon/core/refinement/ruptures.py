@@ -17,6 +17,12 @@ from .particle_level import FineLevel
 from .pbf import Drops
 from .settings import FEWEST, LARGEST, RuptureSettings
 
+MOST_STEPS = 48
+"""Steps of the way back: bounds memory where the flow is fast."""
+
+MOST_AIR = 4_000_000
+"""Particles on all ways back, before those in one place are made one: about 0.5 GB."""
+
 
 def add_ruptures(liquid: Liquid, settings: RuptureSettings) -> Detail:
     """Return the splash with its fronts carved by air.
@@ -29,13 +35,14 @@ def add_ruptures(liquid: Liquid, settings: RuptureSettings) -> Detail:
     points = front_points(liquid, settings, rng)
     if not len(points):
         return Detail(liquid)
-    air = trail(liquid, make_air(liquid, points, settings, rng), settings.depth, settings.size)
+    air, warnings = trail(liquid, make_air(liquid, points, settings, rng), settings)
     fine = FineLevel.of(air)
     numbers, level, _ = fine.coarse(liquid.grid.shape, np.ones(len(fine.level), dtype=bool))
     out = liquid.level.copy()
     out.ravel()[numbers] = np.maximum(out.ravel()[numbers], np.minimum(-level, AIR))
     carved = replace(liquid, level=out)
-    warnings = [] if (out < 0).any() else ["Ruptures left no liquid: lower their Amount or Size"]
+    if not (out < 0).any():
+        warnings.append("Ruptures left no liquid: lower their Amount or Size")
     return Detail(carved, carved.volume - liquid.volume, warnings)
 
 
@@ -80,22 +87,31 @@ def make_air(
     return Drops(positions, velocities, spacing[group], group)
 
 
-def trail(liquid: Liquid, air: Drops, seconds: float, size: float) -> Drops:
-    """Return the particles along their way back through the flow, from now to ``seconds`` ago.
+def trail(liquid: Liquid, air: Drops, settings: RuptureSettings) -> tuple[Drops, list[str]]:
+    """Return the particles along their way back through the flow, and warnings.
 
-    They keep to the flow (midpoint rule), as air has no cohesion. size : mean radius of the
-    balls, cells.
+    They keep to the flow (midpoint rule), as air has no cohesion. Balls that would be too many
+    are left out.
     """
     speed = float(np.linalg.norm(air.velocities, axis=1).max(initial=0.0))
     # The balls of two steps overlap by more than half.
-    steps = int(np.clip(np.ceil(seconds * speed / size), 1, MOST_STEPS))
-    dt = seconds / steps
+    steps = int(np.clip(np.ceil(settings.depth * speed / settings.size), 1, MOST_STEPS))
+    dt = settings.depth / steps
+    balls, fitting = len(air.spacing) // FEWEST, MOST_AIR // (FEWEST * (steps + 1))
+    warnings = []
+    if fitting < balls:
+        air = air.take(air.group < fitting)
+        warnings.append(
+            f"Ruptures: air breaks in at {fitting} of {balls} places, as more would take too much "
+            "memory (lower Amount or Depth, or raise Size)"
+        )
     positions, parts = air.positions, [air]
     for _ in range(steps):
         half = positions - 0.5 * dt * liquid.flow_at(positions)
         positions = (positions - dt * liquid.flow_at(half)).astype(np.float32)
         parts.append(air._replace(positions=positions))
-    return thinned(Drops(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))))
+    whole = Drops(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    return thinned(whole), warnings
 
 
 def thinned(air: Drops) -> Drops:
@@ -103,7 +119,3 @@ def thinned(air: Drops) -> Drops:
     cubes = np.floor(air.positions / air.spacing.mean()).astype(np.int64)
     _, first = np.unique(cubes @ np.array([1 << 40, 1 << 20, 1]), return_index=True)
     return air.take(np.sort(first))
-
-
-MOST_STEPS = 48
-"""Steps of the way back: bounds memory where the flow is fast."""

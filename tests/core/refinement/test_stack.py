@@ -111,7 +111,7 @@ def test_volume_that_droplets_add_is_reported():
 def test_longer_flight_is_farther():
     near, far = (
         add_droplets(sheet(), DropletSettings(amount=0.03, flight=seconds)).cloud
-        for seconds in (0.0125, 0.03)
+        for seconds in (0.0167, 0.035)
     )
     assert far.positions[:, 2].max() > near.positions[:, 2].max() + 0.01
 

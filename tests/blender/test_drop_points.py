@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The free drops as a point cloud that follows its splash."""
+
+import bpy
+import numpy as np
+import pytest
+
+from liquid_splash_addon.blender import drop_points
+from liquid_splash_addon.core.refinement.settings import SMALLEST
+from tests.blender.modelling import single
+from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
+
+CELL = 0.4 / 64
+"""Of a draft, metres."""
+
+
+@pytest.fixture
+def splash(tubes) -> bpy.types.Object:
+    """A splash with many drops, some of them too small for a mesh."""
+    add_sketch(fan())
+    splash = generate()
+    bpy.ops.splash.refinement_add(kind="DROPLETS")
+    drops = splash.splash_stack.items[0].droplets
+    drops.amount, drops.flight, drops.cohesion, drops.spread = 0.01, 0.1, 0.4, 1.0
+    return splash
+
+
+def cloud(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return positions, radii and velocities of the point cloud that an object shows."""
+    bpy.context.view_layer.update()
+    shown = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    geometry = shown.evaluated_geometry()  # owns the point cloud
+    data = geometry.pointcloud
+    count = 0 if data is None else len(data.points)
+    found = []
+    for name, field, width in (("position", "vector", 3), ("radius", "value", 1),
+                               ("velocity", "vector", 3)):  # fmt: skip
+        values = np.empty(count * width, dtype=np.float32)
+        if count:
+            data.attributes[name].data.foreach_get(field, values)
+        found.append(values.reshape(-1, width))
+    return found[0], found[1][:, 0], found[2]
+
+
+def test_points_are_the_small_drops_or_all(splash):
+    before = vertices(splash)
+    assert bpy.ops.splash.drop_points() == {"FINISHED"}
+    np.testing.assert_array_equal(vertices(splash), before)
+    item = splash.splash_stack.points
+    assert item.parent == splash and bpy.context.active_object == splash
+    _, radii, velocities = cloud(item)
+    # The fan is one unit and a bit long; its real size is SIZE.
+    cell = CELL / SIZE
+    assert 3 < len(radii) and 0 < radii.max() < 1.2 * SMALLEST * cell
+    assert 0 < np.linalg.norm(velocities, axis=1).max() < 20
+    socket = next(
+        s for s in item.modifiers[0].node_group.interface.items_tree if s.name == drop_points.ALL
+    )
+    item.modifiers[0][socket.identifier] = True
+    item.update_tag()
+    places, every, _ = cloud(item)
+    assert len(every) == len(item.data.vertices) > len(radii)
+    assert every.max() > SMALLEST * cell
+    # Those that the mesh holds are where its vertices are.
+    large = places[np.argmax(every)]
+    away = np.linalg.norm(before - large, axis=1).min()
+    assert away < 1.5 * every.max()
+
+
+def test_points_follow_the_splash(splash):
+    bpy.ops.splash.drop_points()
+    item = splash.splash_stack.points
+    first = vertices(item)
+    splash.splash_stack.items[0].droplets.seed = 3
+    assert not np.array_equal(vertices(item), first)
+    splash.splash_stack.items[0].droplets.seed = 0
+    np.testing.assert_array_equal(vertices(item), first)
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+    np.testing.assert_array_equal(vertices(item), first)
+    splash.splash_stack.items[0].show = False
+    assert len(item.data.vertices) == 0
+    splash.splash_stack.items[0].show = True
+    assert bpy.ops.splash.drop_points() == {"FINISHED"}
+    assert splash.splash_stack.points == item, "no second one"
+
+
+def test_points_that_were_deleted_or_are_edited_do_no_harm(splash):
+    bpy.ops.splash.drop_points()
+    item = splash.splash_stack.points
+    bpy.context.view_layer.objects.active = item
+    bpy.ops.object.mode_set(mode="EDIT")
+    splash.splash_stack.items[0].droplets.seed = 3
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.objects.remove(item)
+    splash.splash_stack.items[0].droplets.seed = 4
+    assert not splash.splash_stack.warnings
+    bpy.context.view_layer.objects.active = splash
+    assert bpy.ops.splash.drop_points() == {"FINISHED"}
+    assert len(splash.splash_stack.points.data.vertices) > 0
+
+
+@pytest.mark.usefixtures("thick_drafts")
+def test_a_model_has_points_of_its_own():
+    model = single()
+    bpy.context.view_layer.objects.active = model
+    bpy.ops.splash.refinement_add(kind="DROPLETS")
+    drops = model.splash_model.parts[0].splash.splash_stack.items[0].droplets
+    drops.amount, drops.flight, drops.spread = 0.01, 0.1, 1.0
+    assert bpy.ops.splash.drop_points() == {"FINISHED"}
+    item = model.splash_stack.points
+    assert item.parent == model and len(item.data.vertices) > 0
+    count = len(item.data.vertices)
+    model.splash_model.settings.count = 2
+    assert count < len(item.data.vertices) <= 2 * count
+    model.splash_model.parts[0].splash.splash_stack.items[0].show = False
+    assert len(item.data.vertices) == 0
