@@ -136,9 +136,9 @@ def surface_level(fields: Fields, threshold: float) -> np.ndarray:
     surface_logit = np.log(threshold / (1 - threshold))
     air = np.log(SURE / (1 - SURE))
     level = np.full(fields.occupancy.shape, (surface_logit - air) / 2, dtype=np.float32)
-    near = np.nonzero(fields.occupancy > SURE)  # a few cells in a hundred
-    odds = np.minimum(fields.occupancy[near], 1 - SURE)
-    level[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
+    near = np.flatnonzero(fields.occupancy > SURE)  # a few cells in a hundred
+    odds = np.minimum(fields.occupancy.ravel()[near], 1 - SURE)
+    level.ravel()[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
     return level
 
 

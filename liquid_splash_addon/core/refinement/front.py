@@ -26,11 +26,12 @@ def band_cells(liquid: Liquid, inside: bool) -> np.ndarray:
     Cells at the grid's walls are left out: they have no differences.
     """
     depth = BAND * PHI_CELLS
-    level = liquid.distance
+    if liquid.box is None:
+        return np.zeros((0, 3), dtype=np.int64)
+    level = liquid.distance[liquid.box]
     chosen = (level <= 0) & (level > -depth) if inside else (level > 0) & (level <= depth)
-    for axis in range(3):
-        chosen[(slice(None),) * axis + ([0, -1],)] = False
-    return np.argwhere(chosen)
+    cells = np.argwhere(chosen) + [side.start for side in liquid.box]
+    return cells[((cells > 0) & (cells < np.array(liquid.level.shape) - 1)).all(axis=1)]
 
 
 def break_measure(liquid: Liquid, cells: np.ndarray, alpha: float, beta: float) -> np.ndarray:

@@ -122,21 +122,23 @@ def _accumulate(positions, spacing, velocities, table, leaves, sums):
 
     sums : float32 ``(n, 11)``: weight by volume, with it offset (3), spacing and velocity (3);
     then the mere weight, and the nearest particle's: before it is cubed, and its spacing.
+    All in single precision: one double among them would make the loop all double, and slower.
     """
+    one, half = np.float32(1), np.float32(0.5)
     for p in range(len(positions)):
-        x, y, z = positions[p, 0] - 0.5, positions[p, 1] - 0.5, positions[p, 2] - 0.5
+        x, y, z = positions[p, 0] - half, positions[p, 1] - half, positions[p, 2] - half
         i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-        reach = REACH * spacing[p]
+        reach = np.float32(REACH) * spacing[p]
         span = int(np.ceil(reach))
-        scale = 1.0 / (reach * reach)
+        scale = one / (reach * reach)
         volume = spacing[p] ** 3
         for a in range(i - span + 1, i + span + 1):
-            dx = x - a
+            dx = x - np.float32(a)
             for b in range(j - span + 1, j + span + 1):
-                dy = y - b
+                dy = y - np.float32(b)
                 for c in range(k - span + 1, k + span + 1):
-                    dz = z - c
-                    near = 1.0 - scale * (dx * dx + dy * dy + dz * dz)
+                    dz = z - np.float32(c)
+                    near = one - scale * (dx * dx + dy * dy + dz * dz)
                     if near <= 0:
                         continue
                     n = find(table, leaves, a, b, c)

@@ -14,8 +14,8 @@ from numba import njit
 
 from .pairs import SUPPORT, find_pairs
 
-ITERATIONS = 3
-"""Of the density constraints, in each step."""
+ITERATIONS = 2
+"""Of the density constraints, in each step. A squeezed drop is 0.3 % compressed afterwards."""
 
 SOFTNESS = 0.05
 """Added to the constraint's denominator, in units of 1 / spacing^2: keeps it finite for particles
