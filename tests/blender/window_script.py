@@ -186,6 +186,69 @@ def refining() -> Iterator[Condition]:
     assert not splashes(), "another file was opened meanwhile"
 
 
+def mistaken() -> Iterator[Condition]:
+    """Check that bad input is reported and keeps the mesh; undo and redo at each step."""
+    draw()
+    press("splash.generate")
+    yield idle
+    name = splashes()[0].name
+
+    def splash() -> bpy.types.Object:
+        return bpy.data.objects[name]
+
+    def is_evaluated() -> bool:
+        return not live.stage_of(splash())
+
+    def state() -> tuple[int, str, int]:
+        stack = splash().splash_stack
+        return len(splash().data.vertices), stack.warnings, len(stack.items)
+
+    def nothing() -> None:
+        """An empty list, evaluated."""
+        bpy.ops.splash.refinement_update("EXEC_DEFAULT", True)
+
+    def zero() -> None:
+        bpy.ops.splash.refinement_add("EXEC_DEFAULT", True, kind="DROPLETS")
+        splash().splash_stack.items[0].droplets.amount = 0.0
+
+    def huge() -> None:
+        item = splash().splash_stack.items[0].droplets
+        item.amount, item.particles = 1.0, 300
+
+    def swallowed() -> None:
+        mesh = bpy.data.meshes.new("Box")
+        corners = [(x, y, z) for x in (-9, 9) for y in (-9, 9) for z in (-9, 9)]
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        mesh.from_pydata(corners, [], quads)
+        collection = bpy.data.collections.new("Obstacles")
+        bpy.context.scene.collection.children.link(collection)
+        collection.objects.link(bpy.data.objects.new("Box", mesh))
+        splash().splash_obstacles.collection = collection
+
+    window = bpy.context.window_manager.windows[0]
+    bpy.ops.ed.undo_push(message="Splash")
+    seen = [state()]
+    for change in (nothing, zero, huge, swallowed):
+        with bpy.context.temp_override(window=window):
+            change()
+        bpy.context.view_layer.update()
+        yield is_evaluated
+        bpy.ops.ed.undo_push(message=change.__name__)
+        seen.append(state())
+    plain, empty, none, many, gone = seen
+    assert empty == plain and none[:2] == plain[:2] and none[2] == 1
+    assert "Most Particles" in many[1] and many[0] != plain[0]
+    assert "swallow the whole splash" in gone[1] and gone[0] == many[0], "the mesh stays"
+    for name_of, wanted in (("undo", seen[-2::-1]), ("redo", seen[1:])):
+        for then in wanted:
+            press(f"ed.{name_of}")
+            yield is_evaluated
+            assert state() == then, (name_of, state(), then)
+
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield lambda: True
+
+
 def joining() -> Iterator[Condition]:
     """Check that a model of two layers is live, and that deleting it gives the splashes back."""
 
@@ -245,6 +308,7 @@ def everything() -> Iterator[Condition]:
     """Check it all."""
     yield from steps()
     yield from refining()
+    yield from mistaken()
     yield from joining()
 
 
