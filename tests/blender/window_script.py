@@ -203,12 +203,13 @@ def mistaken() -> Iterator[Condition]:
         stack = splash().splash_stack
         return len(splash().data.vertices), stack.warnings, len(stack.items)
 
+    # No undo steps of the operators' own: one a change, pushed when it is evaluated.
     def nothing() -> None:
         """An empty list, evaluated."""
-        bpy.ops.splash.refinement_update("EXEC_DEFAULT", True)
+        bpy.ops.splash.refinement_update("EXEC_DEFAULT")
 
     def zero() -> None:
-        bpy.ops.splash.refinement_add("EXEC_DEFAULT", True, kind="DROPLETS")
+        bpy.ops.splash.refinement_add("EXEC_DEFAULT", kind="DROPLETS")
         splash().splash_stack.items[0].droplets.amount = 0.0
 
     def huge() -> None:
