@@ -93,7 +93,7 @@ def main() -> int:
         "local_spacing": LOCAL_SPACING,
         "velocity_scale": VELOCITY_SCALE,
         "channels": {
-            "in": ["occupancy", "velocity", "obstacle"],
+            "in": ["occupancy", "velocity", "place", "obstacle"],
             "out": ["logit", "distance", "velocity"],
         },
         "thresholds": {"draft": 0.5, "detail": 0.5},
