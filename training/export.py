@@ -20,7 +20,7 @@ from tqdm import tqdm
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
-from liquid_splash_addon.core.weights import default_weights_path, save_weights
+from liquid_splash_addon.core.weights import default_weights_path, load_generator, save_weights
 
 from .dataset import Item, choose, held_out_sample, load_items, scenes_digest
 from .losses import VELOCITY_SCALE
@@ -40,6 +40,18 @@ def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:
     network = SplashNetwork(NetworkConfig(**state["learner"]["shape"]))
     network.load_state_dict(state["learner"]["average"])
     return network.eval(), state
+
+
+def average_with(network: SplashNetwork, other: SplashNetwork) -> None:
+    """Move the weights of ``network`` half the way to those of another of its shape.
+
+    Raises ValueError where the shapes differ.
+    """
+    if network.config != other.config:
+        raise ValueError(f"the weights to take the mean with have another shape: {other.config}")
+    with torch.no_grad():
+        for mine, theirs in zip(network.parameters(), other.parameters(), strict=True):
+            mine.lerp_(theirs, 0.5)
 
 
 def best_threshold(generator: Generator, items: Sequence[Item], cells: int) -> float:
@@ -78,11 +90,18 @@ def main() -> int:
     parser.add_argument("run", type=Path, help="directory of the training run")
     parser.add_argument("--data", type=Path, required=True, help="directory of the data set")
     parser.add_argument("--out", type=Path, default=default_weights_path())
+    parser.add_argument(
+        "--mean-with", type=Path, metavar="WEIGHTS",
+        help="take the mean of the run and these weights, from which it began: what it learned of "
+        "few scenes by heart counts half (Wortsman et al. 2022)",
+    )  # fmt: skip
     parser.add_argument("--figures", type=Path, help="JSON of training.evaluate, for the header")
     parser.add_argument("--most", type=int, default=40, help="validation frames at the most")
     args = parser.parse_args()
     try:
         network, state = load_average(args.run)
+        if args.mean_with:
+            average_with(network, load_generator(args.mean_with, "CPU").network)
         training = load_items(args.data, "train")
         validation = choose(load_items(args.data, "validation"), args.most)
     except (OSError, ValueError) as error:
@@ -101,6 +120,7 @@ def main() -> int:
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
         "training": state["training"],
+        "mean": bool(args.mean_with),
         **sketch_statistics(choose(training, 200)),
         "figures": json.loads(args.figures.read_text()) if args.figures else {},
     }

@@ -10,7 +10,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.network import NetworkConfig  # noqa: E402
+from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
@@ -195,6 +195,18 @@ def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
     for row in found.values():
         assert 0 <= row["iou"] <= 1
     assert found["dilated_strokes"]["iou"] > 0
+
+
+def test_the_mean_of_two_networks_is_half_way():
+    one, other = (SplashNetwork(SHAPE) for _ in range(2))
+    expected = [
+        (a + b).detach() / 2 for a, b in zip(one.parameters(), other.parameters(), strict=True)
+    ]
+    export.average_with(one, other)
+    for mean, wanted in zip(one.parameters(), expected, strict=True):
+        assert torch.allclose(mean, wanted, atol=1e-6)
+    with pytest.raises(ValueError, match="another shape"):
+        export.average_with(one, SplashNetwork(NetworkConfig()))
 
 
 def test_export_without_a_run_says_what_to_do(toy_data: Path, tmp_path: Path, run_command, capsys):
