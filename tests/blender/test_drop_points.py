@@ -21,7 +21,7 @@ def splash(tubes) -> bpy.types.Object:
     splash = generate()
     bpy.ops.splash.refinement_add(kind="DROPLETS")
     drops = splash.splash_stack.items[0].droplets
-    drops.amount, drops.flight, drops.cohesion, drops.spread = 0.01, 0.1, 0.4, 1.0
+    drops.amount, drops.flight, drops.cohesion, drops.spread = 0.03, 0.1, 0.4, 1.0
     return splash
 
 

@@ -45,7 +45,7 @@ class DropletSettings(RefinementSettings):
         soft=0.02,
     )
     size: float = setting(
-        1.4, "Size", "Mean radius of the drops in cells of the splash", low=0.3, high=3.0
+        1.3, "Size", "Mean radius of the drops in cells of the splash", low=0.3, high=3.0
     )
     spread: float = setting(
         0.35, "Spread", "How much the sizes differ: 0 for drops of one size", low=0.0, high=1.0
@@ -103,7 +103,7 @@ class WaveSettings(RefinementSettings):
     about: ClassVar[str] = "Capillary waves that run from the fronts"
 
     amplitude: float = setting(
-        0.0008,
+        0.0007,
         "Amplitude",
         "Height of the waves in metres where the surface is most curved: at rims and fronts",
         low=0.0,
