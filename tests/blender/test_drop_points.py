@@ -42,6 +42,14 @@ def cloud(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return found[0], found[1][:, 0], found[2]
 
 
+def switch(modifier: bpy.types.Modifier, identifier: str) -> None:
+    """Switch an input of a node group's modifier on."""
+    if hasattr(modifier, "properties"):  # Blender 5.2
+        getattr(modifier.properties.inputs, identifier).value = True
+    else:
+        modifier[identifier] = True
+
+
 def test_points_are_the_small_drops_or_all(splash):
     before = vertices(splash)
     assert bpy.ops.splash.drop_points() == {"FINISHED"}
@@ -56,7 +64,7 @@ def test_points_are_the_small_drops_or_all(splash):
     socket = next(
         s for s in item.modifiers[0].node_group.interface.items_tree if s.name == drop_points.ALL
     )
-    item.modifiers[0][socket.identifier] = True
+    switch(item.modifiers[0], socket.identifier)
     item.update_tag()
     places, every, _ = cloud(item)
     assert len(every) == len(item.data.vertices) > len(radii)
