@@ -4,17 +4,21 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import torch
+from tqdm import tqdm
 
 from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.generator import Generator, draw_latent
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.weights import load_generator
+
+from .dataset import Item, held_out_sample
+from .metrics import iou
 
 CHECKPOINT = "checkpoint.pt"
 
@@ -63,6 +67,21 @@ def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, st
         file = Path(place) / CHECKPOINT if Path(place).is_dir() else Path(place)
         hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
     return answers, hashes
+
+
+def best_threshold(
+    answer: Answer, items: Sequence[Item], cells: int, tried: Iterable[float]
+) -> float:
+    """Return the occupancy from which on ``items`` have the best mean IoU, of those ``tried``.
+
+    answer : whose threshold is 0.5 so far.
+    """
+    tried, scores = list(tried), []
+    for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
+        sample, _ = held_out_sample(item, cells)
+        occupancy = answer.generate(sample.condition, sample.grid).occupancy
+        scores.append([iou(occupancy > t, sample.distance < 0) for t in tried])
+    return float(tried[int(np.mean(scores, axis=0).argmax())])
 
 
 def latents_for(answer: Answer, count: int) -> list[np.ndarray]:

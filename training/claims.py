@@ -31,6 +31,7 @@ from .recorded import recorded_sketches
 from .shapes import (
     coverage,
     halved,
+    level_of,
     mean_pair_iou,
     pieces,
     resampled,
@@ -178,7 +179,7 @@ def variation_figures(studio: Studio) -> Figures:
         "coverage": min(coverage(liquid(splash), drawn) for splash in splashes),
         "repeats": int(same),
         "seeds_iou": mean_pair_iou([liquid(splash) for splash in splashes]),
-        "draft_iou": iou(liquid(draft), halved(full.fields)),
+        "draft_iou": iou(liquid(draft), halved(level_of(full.fields))),
     }
 
 

@@ -13,6 +13,7 @@ from tqdm import tqdm
 from .answers import Answer
 from .dataset import Item, held_out_sample
 from .metrics import average, iou
+from .shapes import halved, level_of
 
 Row = dict[str, float]
 
@@ -26,16 +27,6 @@ def spread(masks: Sequence[np.ndarray]) -> float:
 def covered(occupied: np.ndarray, strokes: np.ndarray) -> float:
     """Return the share of the stroke cells that are occupied; bool ``(X, Y, Z)`` both."""
     return float(occupied[strokes].mean()) if strokes.any() else float("nan")
-
-
-def halved(distance: np.ndarray) -> np.ndarray:
-    """Return which cells twice as large are liquid, bool ``(X/2, Y/2, Z/2)``.
-
-    They are where the mean distance of their eight cells is negative: that comes nearest the
-    truth on the coarse grid itself (IoU 0.94; at least four of eight occupied 0.87, any 0.59).
-    """
-    x, y, z = (n // 2 for n in distance.shape)
-    return np.asarray(distance.reshape(x, 2, y, 2, z, 2).mean(axis=(1, 3, 5)) < 0)
 
 
 def seeds_row(
@@ -83,7 +74,7 @@ def frame_rows(
         if cells // 2 in drafts:
             *coarse, coarse_truth = drafts[cells // 2]
             pairs = zip(coarse, splashes, strict=True)
-            alike = [iou(draft, halved(splash.distance)) for draft, splash in pairs]
+            alike = [iou(draft, halved(level_of(splash))) for draft, splash in pairs]
             rows[cells]["draft_iou"] = float(np.mean(alike))
             rows[cells]["draft_iou_truth"] = iou(coarse_truth, halved(sample.distance))
         drafts[cells] = [*masks, truth]

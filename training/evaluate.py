@@ -23,13 +23,17 @@ from tqdm import tqdm
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.weights import default_weights_path
 
-from .answers import BASELINES, Answer, latents_for, load_answers
+from .answers import BASELINES, Answer, best_threshold, latents_for, load_answers
 from .baselines import NearestExample, best_radius, stroke_distance
 from .comparison import draw_comparison
 from .dataset import Item, choose, held_out_sample, load_items
 from .diversity import diversity
 from .metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
+from .paper import PaperAnswer
 from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
+
+THRESHOLDS = np.linspace(0.05, 0.95, 19)
+"""Tried for the paper's networks. A plain L1 makes them sure: their best may lie anywhere."""
 
 
 class Measured(NamedTuple):
@@ -146,6 +150,9 @@ def run(args: argparse.Namespace) -> str:
     kept = load_kept(args.out, test_hash) if args.out and args.keep else {}
     twins = load_twins(args.twins, tests) if args.twins else {}
     answers, hashes = load_answers(args.models)
+    for answer in answers.values():
+        if isinstance(answer, PaperAnswer):  # ours is calibrated by training.export
+            answer.threshold = best_threshold(answer, validation, answer.cells, THRESHOLDS)
     nearest = NearestExample(examples, workers=args.workers)
     results: dict[str, Figures] = {}
     divergence = {}
@@ -156,6 +163,9 @@ def run(args: argparse.Namespace) -> str:
             name: summary(rows, tests, found.strokes, twins) for name, rows in found.rows.items()
         }
         results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
+        for name, answer in answers.items():
+            if isinstance(answer, PaperAnswer) and name in found.rows:
+                results[str(cells)][name]["threshold"] = answer.threshold
         divergence[str(cells)] = average(found.truth).get("divergence")
     for name, answer in answers.items():
         grids = [cells for cells in args.grids if name in results[str(cells)]]

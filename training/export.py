@@ -15,16 +15,15 @@ from typing import Any
 
 import numpy as np
 import torch
-from tqdm import tqdm
 
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
 from liquid_splash_addon.core.weights import default_weights_path, load_generator, save_weights
 
+from .answers import best_threshold
 from .dataset import Item, choose, held_out_sample, load_items, scenes_digest
 from .losses import VELOCITY_SCALE
-from .metrics import iou
 
 THRESHOLDS = np.linspace(0.2, 0.5, 16)
 """Not above even odds: a sheet a cell thick loses volume in meshing there, for hardly any IoU."""
@@ -53,19 +52,6 @@ def average_with(network: SplashNetwork, other: SplashNetwork) -> None:
     with torch.no_grad():
         for mine, theirs in zip(network.parameters(), other.parameters(), strict=True):
             mine.lerp_(theirs, 0.5)
-
-
-def best_threshold(generator: Generator, items: Sequence[Item], cells: int) -> float:
-    """Return the probability at which validation frames have the best mean IoU.
-
-    generator : with thresholds of 0.5 so far.
-    """
-    scores = []
-    for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
-        sample, _ = held_out_sample(item, cells)
-        probability = generator.generate(sample.condition, sample.grid).occupancy
-        scores.append([iou(probability > t, sample.distance < 0) for t in THRESHOLDS])
-    return float(THRESHOLDS[int(np.mean(scores, axis=0).argmax())])
 
 
 def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
@@ -127,8 +113,8 @@ def main() -> int:
     }
     generator = Generator(network, header, "", "cpu")
     header["thresholds"] = {
-        "draft": best_threshold(generator, validation, state["training"]["cells"]),
-        "detail": best_threshold(generator, validation, LOCAL_CELLS),
+        "draft": best_threshold(generator, validation, state["training"]["cells"], THRESHOLDS),
+        "detail": best_threshold(generator, validation, LOCAL_CELLS, THRESHOLDS),
     }
     args.out.parent.mkdir(parents=True, exist_ok=True)
     save_weights(network, header, args.out)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from scipy.special import expit, logit
 from torch import Tensor, nn
 from torch.nn import functional as F
 
@@ -181,11 +182,22 @@ def answer(network: PaperGenerator, condition: Tensor, seed: int) -> Tensor:
 
 
 class PaperAnswer:
-    """The paper's generator, asked as ours is (``core.generator.Generator``)."""
+    """The paper's generator, asked as ours is (``core.generator.Generator``).
+
+    Attributes
+    ----------
+    threshold : output from which a cell is liquid, 0..1; the occupancy is 0.5 there
+    """
 
     def __init__(self, network: PaperGenerator, device: str = "cpu") -> None:
         self.network = network.to(device).eval()
         self.device = device
+        self.threshold = 0.5
+
+    @property
+    def cells(self) -> int:
+        """Side of the grid that it was trained on."""
+        return self.network.config.cells
 
     def generate(
         self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
@@ -199,15 +211,18 @@ class PaperAnswer:
 
         Raises ValueError for another grid than it was trained on.
         """
-        cells = self.network.config.cells
-        if grid.shape != (cells,) * 3:
-            raise ValueError(f"this network was trained on {cells}^3 cells, not on {grid.shape}")
+        if grid.shape != (self.cells,) * 3:
+            raise ValueError(
+                f"this network was trained on {self.cells}^3 cells, not on {grid.shape}"
+            )
         scaled = torch.from_numpy(condition[:CHANNELS]).to(self.device, copy=True)[None]
         scaled[:, 1:] /= VELOCITY_SCALE
         seed = 0 if latent is None else zlib.crc32(latent.tobytes())
         output = answer(self.network, scaled, seed)[0].cpu().numpy()
-        distance = np.float32(PHI_CELLS) * (np.float32(0.5) - output[0])
-        return Fields(output[0], distance, output[1:] * np.float32(VELOCITY_SCALE), grid)
+        odds = np.log(self.threshold / (1 - self.threshold))
+        occupancy = expit(logit(output[0]) - np.float32(odds))
+        distance = np.float32(PHI_CELLS) * (np.float32(0.5) - occupancy)
+        return Fields(occupancy, distance, output[1:] * np.float32(VELOCITY_SCALE), grid)
 
 
 def load_paper(run_dir: Path, device: str = "cpu") -> PaperAnswer:

@@ -83,15 +83,21 @@ def shifted_iou(occupied: np.ndarray) -> float:
     return float(np.mean([share / (2 - share) for share in shared]))
 
 
-def halved(fields: Fields) -> np.ndarray:
+def level_of(fields: Fields) -> np.ndarray:
+    """Return the level whose zero is the splash's surface, ``(X, Y, Z)``."""
+    return np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
+
+
+def halved(level: np.ndarray) -> np.ndarray:
     """Return the liquid on a grid of cells twice as large, bool ``(X / 2, Y / 2, Z / 2)``.
 
-    A large cell's centre lies in the middle of eight small ones: it is occupied if the
-    surface's level, interpolated there, is negative.
+    level : of a splash (:func:`level_of`), or the distance of true liquid. A large cell's centre
+    lies in the middle of eight small ones: it is liquid if the level, interpolated there, is
+    negative. For the truth that comes nearest what it is on the coarse grid itself (IoU 0.94; at
+    least four of eight occupied 0.87, any 0.59).
     """
-    level = np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
-    x, y, z = level.shape
-    return np.asarray(level.reshape(x // 2, 2, y // 2, 2, z // 2, 2).mean(axis=(1, 3, 5)) < 0)
+    x, y, z = (n // 2 for n in level.shape)
+    return np.asarray(level.reshape(x, 2, y, 2, z, 2).mean(axis=(1, 3, 5)) < 0)
 
 
 def resampled(field: np.ndarray, grid: Grid, frame: Frame, other: Frame, to: Grid) -> np.ndarray:
@@ -108,8 +114,7 @@ def resampled(field: np.ndarray, grid: Grid, frame: Frame, other: Frame, to: Gri
 
 def seen_liquid(fields: Fields, frame: Frame, other: Frame, to: Grid) -> np.ndarray:
     """Return the liquid of a splash in ``frame``, seen in ``other``: bool, on the grid ``to``."""
-    level = np.clip(surface_level(fields, 0.5), -LEVEL_BAND, LEVEL_BAND)
-    return resampled(level, fields.grid, frame, other, to) < 0
+    return resampled(level_of(fields), fields.grid, frame, other, to) < 0
 
 
 def mean_pair_iou(masks: Sequence[np.ndarray]) -> float:

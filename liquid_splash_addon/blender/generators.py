@@ -16,11 +16,12 @@ _loaded: dict[tuple[Path, int, str, str], Generator] = {}
 def get(path: Path | None, device: str, precision: str = "") -> Generator:
     """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
 
-    precision : a key of ``core.precision.DTYPES``; empty: measure which is fastest here.
+    precision : a key of ``core.precision.PRECISIONS``; empty, or not to be had here as in a file
+    from another machine: measure which is fastest.
     Only the last one used is kept: two would share a small GPU badly. Not for two threads at
     once. Raises WeightsError, TorchMissingError.
     """
-    from ..core.precision import fastest_precision
+    from ..core.precision import fastest_in_use, is_usable
     from ..core.weights import default_weights_path, load_generator, pick_device
 
     path = path or default_weights_path()
@@ -29,7 +30,9 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     key = (path, changed, device, precision)
     if key not in _loaded:
         free()
-        precision = precision or fastest_precision(pick_device(device))
+        picked = pick_device(device)
+        if not precision or not is_usable(picked, precision):
+            precision = fastest_in_use(picked)
         _loaded[key] = load_generator(path, device, precision)
     return _loaded[key]
 

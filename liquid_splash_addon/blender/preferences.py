@@ -31,6 +31,12 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
             ("AUTO", "Fastest", "Measure once which is fastest on this machine"),
             ("float32", "Full", "32 bits: the same everywhere, slower on some machines"),
             ("bfloat16", "Half", "16 bits: fast on some machines, slow on others"),
+            ("int8", "Eight Bits", "8 bits for most of the work, 32 for the rest: on processors"),
+            (
+                "int8_bfloat16",
+                "Eight and Sixteen Bits",
+                "8 bits for most of the work, 16 for the rest: on processors that are fast in both",
+            ),
         ),
         default="AUTO",
     )

@@ -46,14 +46,27 @@ class Fields:
 
         What is made of these now can be made again, exactly, from a saved file.
         """
-        near = np.nonzero(self.distance < AIR)  # a few cells in a hundred
-        occupancy = np.round(self.occupancy * 255) / np.float32(255)
+        near = np.flatnonzero(self.distance < AIR)  # a few cells in a hundred
+        occupancy = self.occupancy * np.float32(255)
+        np.rint(occupancy, out=occupancy)
+        occupancy /= np.float32(255)
         distance = np.full_like(self.distance, AIR)
-        distance[near] = self.distance[near].astype(np.float16)
         velocity = np.zeros(self.velocity.shape, dtype=np.float32)
-        for axis in range(3):
-            velocity[axis][near] = self.velocity[axis][near].astype(np.float16)
+        for kept, field in ((distance, self.distance), *zip(velocity, self.velocity, strict=True)):
+            kept.ravel()[near] = field.ravel()[near].astype(np.float16)
         return Fields(occupancy, distance, velocity, self.grid)
+
+    def within(self, grid: Grid, start: tuple[int, int, int]) -> Fields:
+        """Return the same as the part of ``grid`` that begins at cell ``start``; air elsewhere."""
+        if grid.shape == self.grid.shape:
+            return self
+        box = tuple(slice(i, i + n) for i, n in zip(start, self.grid.shape, strict=True))
+        occupancy = np.zeros(grid.shape, dtype=np.float32)
+        distance = np.full(grid.shape, AIR, dtype=np.float32)
+        velocity = np.zeros((3, *grid.shape), dtype=np.float32)
+        occupancy[box], distance[box] = self.occupancy, self.distance
+        velocity[(slice(None), *box)] = self.velocity
+        return Fields(occupancy, distance, velocity, grid)
 
     def to_bytes(self) -> bytes:
         """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.

@@ -15,14 +15,14 @@ from .condition import Crossed, closeness, crossed_cells, halved
 from .fields import AIR, Fields, settle
 from .grid import LOCAL_SPACING, Grid
 from .network import Draft, NetworkConfig, SplashNetwork
-from .precision import DTYPES
+from .precision import prepare
 
 FAINT = 0.01
 """Probability of liquid under which a draft's cell needs no detail."""
 
 MARGIN = 6
-"""Draft cells around those that need detail in which it is worked out too. Against working out
-the whole box, no occupied cell of the bundled sketches' splashes changes."""
+"""Draft cells around those that need detail in which it is worked out too; beyond is air. Against
+working out the whole box, no occupied cell of the bundled sketches' splashes changes."""
 
 MULTIPLE = {False: 16, True: 32}
 """Cells that a side must be a multiple of, for a draft and at full resolution."""
@@ -36,7 +36,7 @@ class Generator:
     header : what training wrote beside the weights (see ``weights``)
     weights_hash : SHA-256 of the weights' tensors, hexadecimal
     device : where it runs, a torch device name
-    precision : number format it runs in, a key of ``precision.DTYPES``
+    precision : number format it runs in, a key of ``precision.PRECISIONS``
     """
 
     def __init__(
@@ -47,9 +47,7 @@ class Generator:
         device: str,
         precision: str = "float32",
     ) -> None:
-        self.network = network.to(
-            device, DTYPES[precision], memory_format=torch.channels_last_3d
-        ).eval()  # type: ignore[call-overload]
+        self.network = prepare(network, device, precision)
         self.header = header
         self.weights_hash = weights_hash
         self.device = device
@@ -98,49 +96,51 @@ class Generator:
         near = None
         if obstacle is not None:
             near = closeness(self.tensor(obstacle[None]), grid.spacing)
-        z = None if latent is None else self.tensor(latent)
-        output = (
-            self.full(crossed, z, near)
-            if fine
-            else self.network.draft(crossed.dense(), z, near).output[0]
-        )
+        drawn = None if latent is None else self.tensor(latent)
+        if fine:
+            output, start = self.full(crossed, drawn, near)
+        else:
+            output, start = self.network.draft(crossed.dense(), drawn, near).output[0], (0, 0, 0)
         threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
         occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
         reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
         distance = np.clip(output[1].cpu().numpy() * AIR, -reach, reach)
         velocity = output[2:].cpu().numpy() * np.float32(scale)
-        return settle(occupancy, distance, velocity, grid, reach)
+        x, y, z = occupancy.shape
+        part = settle(occupancy, distance, velocity, grid.crop(start, (x, y, z)), reach)
+        return part.within(grid, start)
 
     def tensor(self, array: np.ndarray) -> Tensor:
         """Return a copy of an array as a batch of one on the device."""
         return torch.tensor(array, dtype=torch.float32, device=self.device)[None]
 
-    def full(self, crossed: Crossed, latent: Tensor | None, near: Tensor | None) -> Tensor:
-        """Return the output ``(5, X, Y, Z)`` at full resolution: detail where there may be liquid.
+    def full(
+        self, crossed: Crossed, latent: Tensor | None, near: Tensor | None
+    ) -> tuple[Tensor, tuple[int, int, int]]:
+        """Return the output ``(5, x, y, z)`` at full resolution, where there may be liquid.
 
-        crossed : velocities over the velocity scale; near : ``(1, 1, X, Y, Z)``.
+        crossed : velocities over the velocity scale; near : ``(1, 1, X, Y, Z)``. The second
+        result is the cell where that part begins.
         """
         strokes = halved(crossed)
         near = None if near is None else F.avg_pool3d(near, 2)
         draft = self.network.draft(strokes, latent, near)
-        output = F.interpolate(draft.output, scale_factor=2, mode="nearest")
         wanted = (torch.sigmoid(draft.output[0, 0]) > FAINT) | (strokes[0, 0] > 0)
         box = bounding_box(wanted)
-        if box:
-            fine, coarse = grown(box, 2.0), grown(box, 0.5)
-            part = Draft(take(draft.output, box), take(draft.features, coarse))
-            take(output, fine)[:] = self.network.detail(crossed.part(fine), part)
-        return output[0]
+        part = Draft(take(draft.output, box), take(draft.features, grown(box, 0.5)))
+        fine = grown(box, 2.0)
+        output: Tensor = self.network.detail(crossed.part(fine), part)
+        return output[0], (fine[0].start, fine[1].start, fine[2].start)
 
 
 def bounding_box(wanted: Tensor) -> tuple[slice, ...]:
     """Return slices of the box around the cells that are true, MARGIN wider, of even bounds.
 
-    wanted : bool ``(x, y, z)``; the result is empty where none is true.
+    wanted : bool ``(x, y, z)``; where none is true, the box lies in the middle.
     """
     cells = wanted.nonzero()
     if not len(cells):
-        return ()
+        cells = torch.tensor([wanted.shape], device=wanted.device) // 2
     low = (cells.min(0).values - MARGIN).clamp_min(0) // 2 * 2
     high = (cells.max(0).values + 1 + MARGIN + 1) // 2 * 2
     bounds = zip(low.tolist(), high.tolist(), wanted.shape, strict=True)

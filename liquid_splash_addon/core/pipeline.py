@@ -12,7 +12,7 @@ import numpy as np
 from .alignment import Frame, fit_frame
 from .fields import Fields
 from .grid import Grid
-from .meshing import Mesh, surface, surface_level
+from .meshing import Mesh, surface
 from .reach import within_reach
 from .settings import SplashSettings
 from .strokes import Stroke, StrokeError, check_strokes, resampled_points
@@ -104,7 +104,7 @@ def make_splash(
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
     fields = within_reach(fields, local, settings.reach).rounded()
     report("Building surface", 0.7)
-    if not (surface_level(fields, settings.surface_threshold) < 0).any():
+    if not (fields.occupancy > settings.surface_threshold).any():
         raise StrokeError(
             "These strokes give no liquid: lower Surface Threshold, or change Real Size or Reach"
         )

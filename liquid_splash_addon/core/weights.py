@@ -63,7 +63,7 @@ def load_generator(
 ) -> Generator:
     """Return the generator stored at ``path`` (the bundled one by default).
 
-    device : one of ``SplashSettings.device``. precision : a key of ``precision.DTYPES``.
+    device : one of ``SplashSettings.device``. precision : a key of ``precision.PRECISIONS``.
 
     Raises TorchMissingError, or WeightsError for a file that is missing, damaged or not ours.
     """

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import torch
 
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
+from liquid_splash_addon.core.precision import IN_EIGHT_BITS, PRECISIONS, prepare
 from liquid_splash_addon.core.voxels import CHANNELS
 from training.paper import PaperConfig, PaperGenerator
 
@@ -29,8 +30,8 @@ def least_seconds(run: Callable[[], object]) -> float:
 def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
     """Return the time of a network on one condition, in its fastest format and layout.
 
-    Half precision is tried by autocast and with the weights themselves in it. casts_input : the
-    network casts its input to the format of its weights.
+    Half precision is tried by autocast and with the weights themselves in it, eight bits for the
+    large convolutions. casts_input : the network casts its input to the format of its weights.
     """
     condition = (torch.rand(1, CHANNELS, CELLS, CELLS, CELLS) > 0.999).float()
     times = []
@@ -40,8 +41,13 @@ def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
         times.append(least_seconds(lambda: network(x)))  # noqa: B023 (called at once)
         with torch.autocast("cpu", torch.bfloat16):
             times.append(least_seconds(lambda: network(x)))  # noqa: B023
-        network, half = network.to(torch.bfloat16), x if casts_input else x.to(torch.bfloat16)
+        half = x if casts_input else x.to(torch.bfloat16)
+        network = network.to(torch.bfloat16)
         times.append(least_seconds(lambda: network(half)))  # noqa: B023
+    for name in IN_EIGHT_BITS.values():
+        network = prepare(make(), "cpu", name)
+        given = x if casts_input else x.to(PRECISIONS[name].dtype)
+        times.append(least_seconds(lambda: network(given)))  # noqa: B023
     return min(times)
 
 

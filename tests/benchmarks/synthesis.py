@@ -11,7 +11,7 @@ from pathlib import Path
 
 from liquid_splash_addon.core.drawing import strokes_from_drawings
 from liquid_splash_addon.core.pipeline import Splash, make_splash
-from liquid_splash_addon.core.precision import fastest_precision
+from liquid_splash_addon.core.precision import fastest_in_use
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketches import example_sketch
 from liquid_splash_addon.core.weights import load_generator
@@ -22,7 +22,7 @@ REPEATS = 5
 def prepared(resolution: str) -> Callable[[], Splash]:
     """Return a call that makes the example's splash, with all that is loaded once loaded."""
     settings = SplashSettings(resolution=resolution, device="CPU")
-    generator = load_generator(device="CPU", precision=fastest_precision("cpu"))
+    generator = load_generator(device="CPU", precision=fastest_in_use("cpu"))
     strokes, _ = strokes_from_drawings(example_sketch(), settings)
     return lambda: make_splash(strokes, settings, generator)
 

@@ -97,6 +97,16 @@ def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
     assert [given[2] for given in asked] == ["", "bfloat16"]
 
 
+def test_a_format_that_is_not_to_be_had_here_gives_way():
+    """As in a file from another machine."""
+    pytest.importorskip("torch")
+    from liquid_splash_addon.blender import generators
+
+    generator = generators.get(None, "CPU", "float8")
+    generators.free()
+    assert generator.precision in ("float32", "bfloat16", "int8", "int8_bfloat16")
+
+
 def test_everything_survives_a_file(tmp_path):
     add_sketch(fan())
     splash = generate(seed=3)

@@ -108,6 +108,16 @@ def test_a_sheet_two_cells_thick_stays_whole():
     assert is_closed(mesh)
 
 
+def test_a_part_is_put_into_air():
+    part = ball()
+    whole = part.within(Grid((40, 48, 36), GRID.spacing, (0.0, 0.0, 0.0)), (4, 10, 0))
+    box = (slice(4, 36), slice(10, 42), slice(0, 32))
+    np.testing.assert_array_equal(whole.distance[box], part.distance)
+    np.testing.assert_array_equal(whole.velocity[(slice(None), *box)], part.velocity)
+    assert whole.occupancy.sum() == pytest.approx(part.occupancy.sum(), rel=1e-5)
+    assert (whole.distance == AIR).sum() == 40 * 48 * 36 - (part.distance < AIR).sum()
+
+
 def test_rounded_fields_are_what_a_file_gives_back():
     fields = ball()
     rounded, stored = fields.rounded(), Fields.from_bytes(fields.to_bytes())

@@ -15,7 +15,7 @@ from liquid_splash_addon.core.condition import (  # noqa: E402
     halved,
     patches,
 )
-from liquid_splash_addon.core.fields import settle  # noqa: E402
+from liquid_splash_addon.core.fields import AIR, settle  # noqa: E402
 from liquid_splash_addon.core.generator import (  # noqa: E402
     Generator,
     bounding_box,
@@ -28,6 +28,7 @@ from liquid_splash_addon.core.network import (  # noqa: E402
     SplashNetwork,
     unfold,
 )
+from liquid_splash_addon.core.precision import is_usable  # noqa: E402
 from liquid_splash_addon.core.voxels import PLACE, VELOCITY, rasterize  # noqa: E402
 from liquid_splash_addon.core.weights import (  # noqa: E402
     WeightsError,
@@ -168,7 +169,7 @@ def test_details_of_a_part_are_those_of_the_whole():
 
 def test_bounding_box_has_a_margin_and_even_bounds():
     wanted = torch.zeros(32, 32, 32, dtype=torch.bool)
-    assert bounding_box(wanted) == ()
+    assert bounding_box(wanted) == (slice(10, 24),) * 3  # nothing: some box in the middle
     wanted[9:12, 0, 30] = True
     assert bounding_box(wanted) == (slice(2, 18), slice(0, 8), slice(24, 32))
 
@@ -263,6 +264,24 @@ def test_full_result_is_the_whole_network_where_there_may_be_liquid():
     assert np.abs(fields.occupancy - expected).max() < 1e-3
 
 
+def test_where_no_detail_is_worked_out_is_air():
+    network = small_network()
+    with torch.no_grad():
+        network.coarse.head.weight[:8] = 0.0
+        network.coarse.head.bias[:8] = -20.0  # no liquid, were it not for the strokes
+    condition = np.zeros((7, 128, 128, 128), np.float32)
+    condition[:, 100:110, 30:40, 64] = 1.0
+    fields = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local())
+    near = np.zeros((128,) * 3, bool)
+    near[88:124, 16:52, 52:80] = True  # the margin is 6 draft cells
+    assert fields.grid == Grid.local()
+    assert not fields.occupancy[~near].any() and not fields.velocity[:, ~near].any()
+    assert (fields.distance[~near] == AIR).all()
+    assert fields.occupancy[near].any() and fields.velocity[:, near].any()
+    empty = Generator(network, HEADER, "", "cpu").generate(0 * condition, Grid.local())
+    assert empty.occupancy.max() < 0.5
+
+
 def test_half_precision_gives_nearly_the_same():
     condition = random_condition(64)[0].numpy()
     exact, half = (
@@ -271,6 +290,23 @@ def test_half_precision_gives_nearly_the_same():
     )
     assert np.abs(exact.occupancy - half.occupancy).mean() < 0.01
     assert ((exact.occupancy > 0.5) == (half.occupancy > 0.5)).mean() > 0.97
+
+
+@pytest.mark.parametrize("precision", ["int8", "int8_bfloat16"])
+@pytest.mark.parametrize("seed", [None, 3])
+def test_eight_bits_give_nearly_the_same(precision, seed):
+    """With a seed too, whose latent makes features negative."""
+    if not is_usable("cpu", precision):
+        pytest.skip("no kernels for eight bits here")
+    condition = random_condition(64)[0].numpy()
+    exact, rounded = (
+        Generator(network, HEADER, "", "cpu", p).generate(
+            condition, Grid.local(64), None if seed is None else draw_latent(SMALL, seed, 1.0)
+        )
+        for p, network in (("float32", small_network()), (precision, small_network()))
+    )
+    assert np.abs(exact.occupancy - rounded.occupancy).mean() < 0.02
+    assert ((exact.occupancy > 0.5) == (rounded.occupancy > 0.5)).mean() > 0.97
 
 
 def test_threshold_is_taken_from_the_header():

@@ -143,7 +143,7 @@ def test_a_moved_cube_shares_what_geometry_says():
 
 
 def test_a_full_ball_halved_is_the_draft_ball():
-    assert shapes.iou(shapes.halved(ball(128)), ball(64).occupancy > 0.5) > 0.97
+    assert shapes.iou(shapes.halved(shapes.level_of(ball(128))), ball(64).occupancy > 0.5) > 0.97
 
 
 def test_a_ball_seen_from_a_turned_frame_is_the_turned_ball():

@@ -16,11 +16,11 @@ torch = pytest.importorskip("torch")
 from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
-from training.answers import latents_for, load_answers  # noqa: E402
+from training.answers import best_threshold, latents_for, load_answers  # noqa: E402
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
 from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
-from training.dataset import load_items  # noqa: E402
-from training.diversity import diversity, halved, seeds_row  # noqa: E402
+from training.dataset import held_out_sample, load_items  # noqa: E402
+from training.diversity import diversity, seeds_row  # noqa: E402
 from training.diversity import summary as diversity_summary  # noqa: E402
 from training.metrics import average, relative_divergence  # noqa: E402
 from training.report import (  # noqa: E402
@@ -34,6 +34,7 @@ from training.report import (  # noqa: E402
     standard_error,
     summary,
 )
+from training.shapes import halved  # noqa: E402
 
 
 class Slabs:
@@ -254,6 +255,19 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
     for wishes in (["a"], [f"a={run}", f"a={run}"], [f"nearest={run}"], [f"={run}"]):
         with pytest.raises(ValueError, match="name of its own"):
             load_answers(wishes)
+
+
+def test_the_best_threshold_is_found(toy_data: Path):
+    """Of an answer that knows the truth, but gives it between 0.3 and 0.6 only."""
+    items = load_items(toy_data, "validation")[:2]
+    truths = iter([held_out_sample(item, 32)[0].distance < 0 for item in items])
+
+    class Timid:
+        def generate(self, condition, grid, latent=None):
+            occupancy = np.where(next(truths), np.float32(0.6), np.float32(0.3))
+            return Fields(occupancy, -occupancy, np.zeros(3), grid)
+
+    assert best_threshold(Timid(), items, 32, [0.1, 0.2, 0.4, 0.7]) == 0.4
 
 
 def test_sketches_are_the_same_traced_in_processes(toy_data: Path):

@@ -278,6 +278,10 @@ def test_a_run_is_loaded_for_use(tmp_path: Path):
     assert fields.grid == grid and fields.distance.dtype == np.float32
     other = loaded.generate(condition, grid, latent=np.ones(3, np.float32))
     assert not np.allclose(other.occupancy, fields.occupancy, atol=1e-5)
+    loaded.threshold = 0.3
+    shifted = loaded.generate(condition, grid)
+    assert np.array_equal(shifted.occupancy > 0.5, fields.occupancy > 0.3)
+    np.testing.assert_allclose(shifted.phi, shifted.occupancy, atol=1e-6)
     with pytest.raises(ValueError, match=f"trained on {CELLS}"):
         loaded.generate(np.zeros((4, 32, 32, 32), np.float32), Grid.local(32))
 

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Number formats, and convolutions that take another form for speed."""
+
+import copy
+
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from torch import nn  # noqa: E402
+
+from liquid_splash_addon.core import precision  # noqa: E402
+from liquid_splash_addon.core.network import convolution  # noqa: E402
+from liquid_splash_addon.core.precision import (  # noqa: E402
+    PRECISIONS,
+    fastest_in_use,
+    is_usable,
+    prepare,
+)
+
+needs_eight_bits = pytest.mark.skipif(
+    not is_usable("cpu", "int8"), reason="no kernels for eight bits here"
+)
+
+
+def features(channels, cells=12, low=-1.0):
+    """Return a batch of two boxes of random features."""
+    return torch.empty(2, channels, cells, cells, cells).uniform_(
+        low, 2.0, generator=torch.Generator().manual_seed(0)
+    )
+
+
+@pytest.mark.parametrize(("inputs", "size", "stride"), [(5, 3, 1), (7, 2, 2), (24, 1, 1)])
+def test_the_form_that_is_fast_gives_the_same(inputs, size, stride):
+    layer, x = convolution(inputs, 6, size, stride), features(inputs)
+    nn.init.normal_(layer.bias)
+    trained = layer(x)  # the plain form
+    with torch.inference_mode():
+        torch.testing.assert_close(layer(x), trained.detach(), rtol=1e-4, atol=1e-4)
+
+
+@needs_eight_bits
+@pytest.mark.parametrize("low", [-1.0, 0.0, -2.0])
+@pytest.mark.parametrize("stride", [1, 2])
+def test_eight_bits_are_within_a_hundredth(low, stride):
+    """Borders too, where the zeros around the box must stay zeros."""
+    layer = nn.Sequential(nn.Conv3d(16, 8, 3, stride, padding=1))
+    x = features(16, low=low)
+    with torch.inference_mode():
+        exact = layer(x)
+        found = prepare(copy.deepcopy(layer), "cpu", "int8")(x)
+    assert type(found) is torch.Tensor
+    assert (found - exact).norm() < 0.01 * exact.norm()
+    edge = (found - exact)[:, :, 0]
+    assert edge.norm() < 0.015 * exact[:, :, 0].norm()
+
+
+@needs_eight_bits
+def test_eight_bits_repeat_exactly_and_take_empty_boxes():
+    layer = prepare(nn.Sequential(nn.Conv3d(16, 8, 3, padding=1)), "cpu", "int8")
+    x = features(16, cells=40)  # large enough for several threads
+    with torch.inference_mode():
+        assert torch.equal(layer(x), layer(x))
+        empty = layer(torch.zeros_like(x))
+        assert torch.equal(empty, layer[0].bias[:, None, None, None].expand_as(empty))
+
+
+def test_the_fastest_format_is_one_that_works():
+    assert is_usable("cpu", fastest_in_use("cpu"))
+
+
+def test_a_coarser_format_must_pay(monkeypatch):
+    times = {"float32": 1.0, "bfloat16": 0.9, "int8": 0.79, "int8_bfloat16": 0.1}
+    monkeypatch.setattr(precision, "seconds", lambda _, name: times[name])
+    assert fastest_in_use("cpu") == "int8"
+    times["int8"] = 0.81
+    assert fastest_in_use("cpu") == "float32"
+    times |= {"bfloat16": 0.5, "int8_bfloat16": 0.3}
+    assert fastest_in_use("cpu") == "int8_bfloat16"
+
+
+@pytest.mark.parametrize("name", [name for name, kind in PRECISIONS.items() if kind.eight_bits])
+def test_eight_bits_are_for_processors(name):
+    with pytest.raises(ValueError, match="for processors, not for meta"):
+        prepare(nn.Sequential(nn.Conv3d(4, 4, 3)), "meta", name)
+    assert not is_usable("meta", name)
+
+
+def test_unknown_formats_are_not_usable():
+    assert not is_usable("cpu", "float8")
