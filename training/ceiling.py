@@ -31,7 +31,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 
 from .dataset import SPLITS, Item, held_out_strokes, load_items, resample
 from .families import random_scene
-from .frames import Frame, load_parameters, write_whole
+from .frames import StoredFrame, load_parameters, write_whole
 from .metrics import iou
 from .scenes import Scene
 from .scheduling import end_with_parent
@@ -52,7 +52,7 @@ FIRST_SEED = 900_000
 """Seeds of the scenes: none that a data set uses."""
 
 
-def frame_iou(first: Frame, second: Frame) -> float:
+def frame_iou(first: StoredFrame, second: StoredFrame) -> float:
     """Return the IoU of two frames of twins, on the simulation's grid."""
     low = np.minimum(first.start, second.start)
     high = np.maximum(first.start + first.distance.shape, second.start + second.distance.shape)

@@ -12,15 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from liquid_splash_addon.core.alignment import NEAR_EQUAL, fit_frame, principal_axes
-from liquid_splash_addon.core.alignment import Frame as LocalFrame
+from liquid_splash_addon.core.alignment import NEAR_EQUAL, Frame, fit_frame, principal_axes
 from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.fluid.streamlines import trilinear, velocity_at
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
 
-from .frames import Frame, load_frame, load_parameters
+from .frames import StoredFrame, load_frame, load_parameters
 from .obstacles import Obstacle, load_obstacle
 from .sketching import STROKES_IN_TESTS, draw_strokes, trace_frame
 
@@ -72,7 +71,7 @@ class Item:
         """Seed of the scene."""
         return int(self.scene.stem[-6:])
 
-    def load(self) -> Frame:
+    def load(self) -> StoredFrame:
         """Read the frame."""
         return load_frame(self.scene, self.number)
 
@@ -117,9 +116,7 @@ def scenes_digest(items: Sequence[Item]) -> hashlib._Hash:
     return digest
 
 
-def augmented_frame(
-    frame: LocalFrame, strokes: Sequence[Stroke], rng: np.random.Generator
-) -> LocalFrame:
+def augmented_frame(frame: Frame, strokes: Sequence[Stroke], rng: np.random.Generator) -> Frame:
     """Return the frame with random signs, and turned in the plane of near-equal axes."""
     points = np.concatenate([frame.points_to_local(s.points.astype(np.float64)) for s in strokes])
     _, _, variances = principal_axes(points)
@@ -134,13 +131,13 @@ def augmented_frame(
     return frame.turned(np.diag(rng.choice([-1.0, 1.0], 3)) @ turn)
 
 
-def condition_of(strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid) -> np.ndarray:
+def condition_of(strokes: Sequence[Stroke], frame: Frame, grid: Grid) -> np.ndarray:
     """Return the condition of strokes in metres: the add-on's own path with gain 1."""
     return rasterize(frame.strokes_to_local(strokes), grid)
 
 
 def sample_on(
-    stored: Frame, spacing: float, strokes: Sequence[Stroke], frame: LocalFrame, grid: Grid
+    stored: StoredFrame, spacing: float, strokes: Sequence[Stroke], frame: Frame, grid: Grid
 ) -> Sample:
     """Return condition and truth of a stored frame on ``grid`` in the local ``frame``."""
     distance, velocity = resample(stored, spacing, frame, grid)
@@ -148,7 +145,7 @@ def sample_on(
 
 
 def resample(
-    stored: Frame, spacing: float, frame: LocalFrame, grid: Grid
+    stored: StoredFrame, spacing: float, frame: Frame, grid: Grid
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return distance ``(X, Y, Z)`` (cells of ``grid``) and velocity ``(3, X, Y, Z)``.
 
@@ -194,7 +191,7 @@ def _resample(source, source_velocity, steps, start, ratio, axes, distance, velo
                         )
 
 
-def held_out_strokes(item: Item, stored: Frame) -> list[Stroke]:
+def held_out_strokes(item: Item, stored: StoredFrame) -> list[Stroke]:
     """Return the strokes of a frame for figures: as many as the paper's, the same at every call."""
     rng = np.random.default_rng([item.seed, item.number])
     lines = trace_frame(stored, item.spacing, rng)

@@ -38,7 +38,7 @@ VELOCITY_STEP = 0.05
 
 
 @dataclass(frozen=True)
-class Frame:
+class StoredFrame:
     """The liquid at one moment, on the part of the stored grid that holds it.
 
     Attributes
@@ -101,7 +101,7 @@ def near_blocks(codes: np.ndarray) -> np.ndarray:
     return np.asarray(near[:, :, ::2] | near[:, :, 1::2])
 
 
-def pack_scene(parameters: dict[str, Any], frames: Sequence[Frame]) -> bytes:
+def pack_scene(parameters: dict[str, Any], frames: Sequence[StoredFrame]) -> bytes:
     """Return the file of a scene; the frames' times go into its parameters."""
     times = [frame.time for frame in frames]
     header = json.dumps({**parameters, "times": times})
@@ -132,7 +132,7 @@ def write_whole(path: Path, content: bytes) -> None:
         raise
 
 
-def load_scene(path: Path) -> tuple[dict[str, Any], list[Frame]]:
+def load_scene(path: Path) -> tuple[dict[str, Any], list[StoredFrame]]:
     """Return a scene's parameters and frames."""
     with np.load(path) as data:
         parameters = json.loads(str(data["scene"]))
@@ -145,17 +145,17 @@ def load_parameters(path: Path) -> dict[str, Any]:
         return dict(json.loads(str(data["scene"])))
 
 
-def load_frame(path: Path, number: int) -> Frame:
+def load_frame(path: Path, number: int) -> StoredFrame:
     """Return one frame of a scene."""
     with np.load(path) as data:
         return read_frame(data, number)
 
 
-def read_frame(data: Any, number: int) -> Frame:
+def read_frame(data: Any, number: int) -> StoredFrame:
     """Return one frame of an open scene file."""
     names = ("distance", "velocity", "start", "droplets")
     distance, velocity, start, droplets = (data[f"{number}/{name}"] for name in names)
-    return Frame(distance, velocity, start, droplets, float(data[f"{number}/time"]))
+    return StoredFrame(distance, velocity, start, droplets, float(data[f"{number}/time"]))
 
 
 def scene_path(directory: Path, seed: int) -> Path:

@@ -23,7 +23,7 @@ from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 
 from .dataset import SPLITS, split_of
 from .families import FAMILIES, random_scene
-from .frames import Frame, pack_scene, scene_path, write_whole
+from .frames import StoredFrame, pack_scene, scene_path, write_whole
 from .scenes import Scene
 from .scheduling import SchedulingError, run_everywhere
 from .sketching import FEWEST_LINES, STROKES_IN_TESTS, draw_strokes, trace_frame
@@ -70,7 +70,7 @@ def simulate(
     stored_spacing: float | None = None,
     jitter_seed: int = 0,
     physics: Physics | None = None,
-) -> Iterator[Frame]:
+) -> Iterator[StoredFrame]:
     """Yield the representative frames of ``scene``.
 
     stored_spacing : cell of the frames, metres; None for the simulation's.
@@ -115,7 +115,9 @@ def share_in_own_box(liquid: Liquid, spacing: float) -> float:
     return float(volumes[inside].sum() / liquid.emitted)
 
 
-def share_in_sketch_box(liquid: Liquid, scene: Scene, frame: Frame, stored_spacing: float) -> float:
+def share_in_sketch_box(
+    liquid: Liquid, scene: Scene, frame: StoredFrame, stored_spacing: float
+) -> float:
     """Return the share of the emitted liquid in the local box of a sketch of the frame."""
     rng = np.random.default_rng(scene.seed)
     lines = trace_frame(frame, stored_spacing, rng, plain=True)

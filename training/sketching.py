@@ -10,7 +10,7 @@ import numpy as np
 from liquid_splash_addon.core.fluid.streamlines import representatives, seed_points, trace
 from liquid_splash_addon.core.strokes import Stroke
 
-from .frames import Frame
+from .frames import StoredFrame
 
 SEEDS = 160
 """Streamlines traced for one use of a frame."""
@@ -49,7 +49,7 @@ SPEED_NOISE = 0.1
 
 
 def trace_frame(
-    frame: Frame,
+    frame: StoredFrame,
     spacing: float,
     rng: np.random.Generator,
     seeds: int = SEEDS,

@@ -10,7 +10,7 @@ from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.surface import BAND, particle_level, redistance
 from liquid_splash_addon.core.fluid.transfer import sample
 
-from .frames import Frame, near_blocks, pack_distance, pack_velocity
+from .frames import StoredFrame, near_blocks, pack_distance, pack_velocity
 from .stepping import Liquid, World, flow
 
 DROPLET = 1.0
@@ -22,7 +22,7 @@ MARGIN = int(BAND) + 2
 
 def take_frame(
     liquid: Liquid, world: World, spacing: float, stored_spacing: float, time: float
-) -> Frame:
+) -> StoredFrame:
     """Return the liquid as a frame on cells of ``stored_spacing`` metres.
 
     spacing : cell of the simulation, metres; time : seconds since impact.
@@ -41,7 +41,7 @@ def take_frame(
     codes = pack_distance(redistance(level))
     velocity = block_velocity(liquid.particles, world, codes, start, scale) * spacing
     droplets = gather_droplets(liquid.particles.take(spray), pieces[spray], spacing)
-    return Frame(codes, pack_velocity(velocity), start, droplets, time)
+    return StoredFrame(codes, pack_velocity(velocity), start, droplets, time)
 
 
 def find_pieces(level: np.ndarray, positions: np.ndarray) -> np.ndarray:

@@ -12,15 +12,14 @@ import torch
 from torch.nn import functional as F
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from liquid_splash_addon.core.alignment import Frame as LocalFrame
-from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.alignment import Frame, fit_frame
 from liquid_splash_addon.core.condition import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import VELOCITY
 
 from .dataset import Item, Sample, augmented_frame, sample_on
-from .frames import Frame
+from .frames import StoredFrame
 from .losses import VELOCITY_SCALE, Batch, Cells
 from .obstacles import Obstacle
 from .sketching import PARTLY, STROKES_IN_TRAINING, draw_strokes, trace_frame
@@ -64,7 +63,7 @@ class Lesson(NamedTuple):
     obstacle: np.ndarray
 
 
-def obstacle_closeness(obstacle: Obstacle, frame: LocalFrame, cells: int) -> np.ndarray:
+def obstacle_closeness(obstacle: Obstacle, frame: Frame, cells: int) -> np.ndarray:
     """Return ``condition.closeness`` of an obstacle (metres) on ``cells``^3 of the local box."""
     grid = Grid.local(cells)
     points = frame.points_to_drawing(grid.centres().reshape(-1, 3).astype(np.float64))
@@ -73,7 +72,7 @@ def obstacle_closeness(obstacle: Obstacle, frame: LocalFrame, cells: int) -> np.
 
 
 def random_part(
-    strokes: Sequence[Stroke], frame: LocalFrame, wish: Wish, rng: np.random.Generator
+    strokes: Sequence[Stroke], frame: Frame, wish: Wish, rng: np.random.Generator
 ) -> tuple[Grid, tuple[int, int, int]]:
     """Return a part of the fine grid around a random point of a stroke, and its first cell."""
     full = Grid.local(2 * wish.cells)
@@ -86,7 +85,7 @@ def random_part(
     return full.crop((x, y, z), (wish.crop,) * 3), (x, y, z)
 
 
-def draw_lesson(item: Item, stored: Frame, wish: Wish, rng: np.random.Generator) -> Lesson:
+def draw_lesson(item: Item, stored: StoredFrame, wish: Wish, rng: np.random.Generator) -> Lesson:
     """Return a random sample of a frame."""
     lines = trace_frame(stored, item.spacing, rng, SEEDS, parts=rng.random() < PARTLY)
     counts = DENSE if rng.random() < DENSE_SHARE else STROKES_IN_TRAINING
@@ -112,7 +111,7 @@ class Lessons(Dataset[Lesson]):
 
     def __init__(self, items: Sequence[Item], wish: Wish, seed: int) -> None:
         self.items, self.wish, self.seed = list(items), wish, seed
-        self.read: dict[int, Frame] = {}
+        self.read: dict[int, StoredFrame] = {}
         self.order: tuple[int, np.ndarray] = (-1, np.zeros(0, dtype=int))
 
     def __getitem__(self, number: int) -> Lesson:

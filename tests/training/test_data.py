@@ -24,7 +24,7 @@ from training.dataset import (  # noqa: E402
     split_of,
 )
 from training.frames import (  # noqa: E402
-    Frame,
+    StoredFrame,
     load_scene,
     near_blocks,
     pack_distance,
@@ -45,7 +45,7 @@ def made_up_frame(rng):
     codes = pack_distance(distance)
     velocity = rng.normal(0, 3, (int(near_blocks(codes).sum()), 3))
     droplets = rng.normal(size=(3, 7)).astype(np.float16)
-    frame = Frame(codes, pack_velocity(velocity), np.array([3, 4, 5]), droplets, 0.1)
+    frame = StoredFrame(codes, pack_velocity(velocity), np.array([3, 4, 5]), droplets, 0.1)
     return frame, distance, velocity
 
 
