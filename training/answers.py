@@ -26,6 +26,10 @@ BASELINES = ("dilated_strokes", "nearest")
 """Names that no model may have."""
 
 
+THRESHOLDS = np.linspace(0.05, 0.95, 19)
+"""Tried for the paper's networks. A plain L1 makes them sure: their best may lie anywhere."""
+
+
 class Answer(Protocol):
     """What a model must be able to do to be measured."""
 
@@ -35,7 +39,33 @@ class Answer(Protocol):
         """Return the splash, see ``Generator.generate``; ValueError if it cannot on this grid."""
 
 
-def load_answer(path: Path) -> Answer:
+class OfOneGrid(Answer, Protocol):
+    """An answer that knows one grid, and from which output on a cell of it is liquid."""
+
+    threshold: float
+
+    @property
+    def cells(self) -> int:
+        """Side of the grid."""
+
+
+class ByGrid:
+    """One model that was trained once for each grid."""
+
+    def __init__(self, answers: Sequence[OfOneGrid]) -> None:
+        self.answers = {answer.cells: answer for answer in answers}
+
+    def generate(
+        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+    ) -> Fields:
+        """Return the splash of the run for this grid; see :class:`Answer`."""
+        cells = grid.shape[0]
+        if cells not in self.answers:
+            raise ValueError(f"there is no run of it for {cells}^3 cells")
+        return self.answers[cells].generate(condition, grid, latent)
+
+
+def load_answer(path: Path) -> Answer | ByGrid:
     """Return the model at ``path``: a weights file, or the directory of a training run.
 
     Raises ValueError for what is neither, and for runs of our own model: weights alone have the
@@ -51,21 +81,32 @@ def load_answer(path: Path) -> Answer:
         raise ValueError(f"{path} is no run of the paper's model: take what training.export makes")
     from .paper import load_paper
 
-    paper: Answer = load_paper(path)
-    return paper
+    return ByGrid([load_paper(path)])
 
 
 def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, str]]:
-    """Return the models that ``name=PATH`` each ask for, and the hashes of their files, by name."""
+    """Return the models that ``name=PATH`` each ask for, and the hashes of their files, by name.
+
+    A name may have several runs of the paper's model, one for each grid.
+    """
     answers: dict[str, Answer] = {}
-    hashes = {}
+    hashes: dict[str, str] = {}
     for wish in wishes:
         name, _, place = wish.partition("=")
-        if not name or not place or name in answers or name in BASELINES:
+        if not name or not place or name in BASELINES:
             raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
-        answers[name] = load_answer(Path(place))
+        answer, before = load_answer(Path(place)), answers.get(name)
+        if isinstance(answer, ByGrid) and isinstance(before, ByGrid):
+            if answer.answers.keys() & before.answers.keys():
+                raise ValueError(f"{name} has two runs for the same grid")
+            before.answers |= answer.answers
+        elif before:
+            raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
+        else:
+            answers[name] = answer
         file = Path(place) / CHECKPOINT if Path(place).is_dir() else Path(place)
-        hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+        hashes[name] = f"{hashes[name]} {digest}" if name in hashes else digest
     return answers, hashes
 
 
@@ -82,6 +123,13 @@ def best_threshold(
         occupancy = answer.generate(sample.condition, sample.grid).occupancy
         scores.append([iou(occupancy > t, sample.distance < 0) for t in tried])
     return float(tried[int(np.mean(scores, axis=0).argmax())])
+
+
+def calibrate(answer: Answer, items: Sequence[Item]) -> None:
+    """Set the thresholds of the paper's model to those with the best IoU; ours has its own."""
+    if isinstance(answer, ByGrid):
+        for cells, run in answer.answers.items():
+            run.threshold = best_threshold(run, items, cells, THRESHOLDS)
 
 
 def latents_for(answer: Answer, count: int) -> list[np.ndarray]:

@@ -23,17 +23,13 @@ from tqdm import tqdm
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.weights import default_weights_path
 
-from .answers import BASELINES, Answer, best_threshold, latents_for, load_answers
+from .answers import BASELINES, Answer, ByGrid, calibrate, latents_for, load_answers
 from .baselines import NearestExample, best_radius, stroke_distance
 from .comparison import draw_comparison
 from .dataset import Item, choose, held_out_sample, load_items
 from .diversity import diversity
 from .metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
-from .paper import PaperAnswer
 from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
-
-THRESHOLDS = np.linspace(0.05, 0.95, 19)
-"""Tried for the paper's networks. A plain L1 makes them sure: their best may lie anywhere."""
 
 
 class Measured(NamedTuple):
@@ -109,7 +105,12 @@ def read_arguments() -> argparse.Namespace:
     )
     add, cores = parser.add_argument, os.cpu_count() or 1
     add("data", type=Path, help="directory of the data set")
-    add("--models", nargs="+", metavar="NAME=PATH", help="weights files, or directories of runs")
+    add(
+        "--models",
+        nargs="+",
+        metavar="NAME=PATH",
+        help="weights, or a directory of a run; two of the paper's for two grids",
+    )
     add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
     add("--out", type=Path, help="JSON file for the figures")
     add("--keep", action="store_true", help="keep the rows of other models in it")
@@ -151,8 +152,7 @@ def run(args: argparse.Namespace) -> str:
     twins = load_twins(args.twins, tests) if args.twins else {}
     answers, hashes = load_answers(args.models)
     for answer in answers.values():
-        if isinstance(answer, PaperAnswer):  # ours is calibrated by training.export
-            answer.threshold = best_threshold(answer, validation, answer.cells, THRESHOLDS)
+        calibrate(answer, validation)
     nearest = NearestExample(examples, workers=args.workers)
     results: dict[str, Figures] = {}
     divergence = {}
@@ -164,8 +164,8 @@ def run(args: argparse.Namespace) -> str:
         }
         results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
         for name, answer in answers.items():
-            if isinstance(answer, PaperAnswer) and name in found.rows:
-                results[str(cells)][name]["threshold"] = answer.threshold
+            if isinstance(answer, ByGrid) and name in found.rows:
+                results[str(cells)][name]["threshold"] = answer.answers[cells].threshold
         divergence[str(cells)] = average(found.truth).get("divergence")
     for name, answer in answers.items():
         grids = [cells for cells in args.grids if name in results[str(cells)]]

@@ -16,7 +16,13 @@ torch = pytest.importorskip("torch")
 from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
-from training.answers import best_threshold, latents_for, load_answers  # noqa: E402
+from training.answers import (  # noqa: E402
+    ByGrid,
+    best_threshold,
+    calibrate,
+    latents_for,
+    load_answers,
+)
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
 from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
 from training.dataset import held_out_sample, load_items  # noqa: E402
@@ -238,36 +244,63 @@ def test_latents_of_other_models_differ_by_seed():
 
 
 def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
-    run = tmp_path / "run"
-    run.mkdir()
-    paper = Slabs()
-    monkeypatch.setitem(sys.modules, "training.paper", SimpleNamespace(load_paper=lambda _: paper))
-    with pytest.raises(ValueError, match="holds no training run"):
-        load_answers([f"a={run}"])
+    run, finer = tmp_path / "run", tmp_path / "finer"
+    papers = {run: Slabs(), finer: Slabs()}
+    for cells, (path, paper) in zip((32, 64), papers.items(), strict=True):
+        path.mkdir()
+        paper.cells = cells
+        torch.save({"kind": "paper"}, path / "checkpoint.pt")
+    loader = SimpleNamespace(load_paper=lambda path: papers[path])
+    monkeypatch.setitem(sys.modules, "training.paper", loader)
+    answers, hashes = load_answers([f"a={run}", f"a={finer}"])
+    assert list(answers) == ["a"] and len(hashes["a"].split()) == 2
+    grid, condition = Grid.local(64), np.zeros((4, 64, 64, 64), np.float32)
+    assert answers["a"].answers == {32: papers[run], 64: papers[finer]}
+    assert answers["a"].generate(condition, grid).grid == grid
+    with pytest.raises(ValueError, match=r"no run of it for 64\^3"):
+        load_answers([f"a={run}"])[0]["a"].generate(condition, grid)
+    with pytest.raises(ValueError, match="two runs for the same grid"):
+        load_answers([f"a={run}", f"a={run}"])
+    with pytest.raises(ValueError, match="No weights"):
+        load_answers([f"b={tmp_path / 'none'}"])
+    for wishes in (["a"], [f"nearest={run}"], [f"={run}"]):
+        with pytest.raises(ValueError, match="name of its own"):
+            load_answers(wishes)
     torch.save({"kind": "splash"}, run / "checkpoint.pt")
     with pytest.raises(ValueError, match=r"training\.export"):
         load_answers([f"a={run}"])
-    torch.save({"kind": "paper"}, run / "checkpoint.pt")
-    answers, hashes = load_answers([f"a={run}"])
-    assert answers == {"a": paper} and len(hashes["a"]) == 64
-    with pytest.raises(ValueError, match="No weights"):
-        load_answers([f"b={tmp_path / 'none'}"])
-    for wishes in (["a"], [f"a={run}", f"a={run}"], [f"nearest={run}"], [f"={run}"]):
-        with pytest.raises(ValueError, match="name of its own"):
-            load_answers(wishes)
+    (run / "checkpoint.pt").unlink()
+    with pytest.raises(ValueError, match="holds no training run"):
+        load_answers([f"a={run}"])
+
+
+class Timid:
+    """An answer that knows the truth of some frames, but gives it between two numbers only."""
+
+    def __init__(self, items, cells: int, low: float, high: float) -> None:
+        truths = [held_out_sample(item, cells)[0].distance < 0 for item in items]
+        self.occupancies = [np.where(truth, high, low).astype(np.float32) for truth in truths]
+        self.cells, self.threshold = cells, 0.5
+
+    def generate(self, condition, grid, latent=None):
+        occupancy = self.occupancies.pop(0)
+        return Fields(occupancy, -occupancy, np.zeros(3), grid)
 
 
 def test_the_best_threshold_is_found(toy_data: Path):
-    """Of an answer that knows the truth, but gives it between 0.3 and 0.6 only."""
     items = load_items(toy_data, "validation")[:2]
-    truths = iter([held_out_sample(item, 32)[0].distance < 0 for item in items])
+    timid = Timid(items, 32, 0.3, 0.6)
+    assert best_threshold(timid, items, 32, [0.1, 0.2, 0.4, 0.7]) == 0.4
 
-    class Timid:
-        def generate(self, condition, grid, latent=None):
-            occupancy = np.where(next(truths), np.float32(0.6), np.float32(0.3))
-            return Fields(occupancy, -occupancy, np.zeros(3), grid)
 
-    assert best_threshold(Timid(), items, 32, [0.1, 0.2, 0.4, 0.7]) == 0.4
+def test_a_model_of_the_papers_is_calibrated_on_each_of_its_grids(toy_data: Path):
+    items = load_items(toy_data, "validation")[:1]
+    runs = [Timid(items, 32, 0.0, 0.12), Timid(items, 16, 0.8, 0.92)]
+    calibrate(ByGrid(runs), items)
+    assert [run.threshold for run in runs] == pytest.approx([0.05, 0.8], abs=0.051)
+    ours = Slabs()
+    calibrate(ours, items)
+    assert not hasattr(ours, "threshold")
 
 
 def test_sketches_are_the_same_traced_in_processes(toy_data: Path):
