@@ -20,6 +20,7 @@ from .condition import (
     nearness,
     patches,
 )
+from .unfolding import unfold
 from .voxels import CHANNELS
 
 OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
@@ -254,29 +255,3 @@ class SplashNetwork(nn.Module):
         crossed = crossed_cells(condition)
         output: Tensor = self.detail(crossed, self.draft(halved(crossed), latent, obstacle))
         return output
-
-
-def unfold(x: Tensor, base: Tensor | None = None) -> Tensor:
-    """Turn ``(B, 8 C, X, Y, Z)`` into ``(B, C, 2X, 2Y, 2Z)``: a 3D pixel shuffle.
-
-    base : ``(B, C, X, Y, Z)`` that is added to all eight cells of each; the result has its type.
-    """
-    batch, channels, *shape = x.shape
-    x = x.reshape(batch, channels // 8, 2, 2, 2, *shape).permute(0, 1, 5, 2, 6, 3, 7, 4)
-    if base is not None:
-        x = added(x, base[:, :, :, None, :, None, :, None])
-    return x.reshape(batch, channels // 8, *(2 * n for n in shape))
-
-
-def added(x: Tensor, base: Tensor) -> Tensor:
-    """Return ``x + base`` as a contiguous array of the type of ``base``.
-
-    The network's result is its largest array, and every pass over it costs as much as a
-    convolution, so this makes one. Left to itself, the sum would take up the strides of ``x``.
-    """
-    if torch.is_grad_enabled():
-        return x + base
-    result = base.new_empty(x.shape)
-    for channel in range(x.shape[1]):  # apart, they stay in the cache
-        torch.add(x[:, channel], base[:, channel], out=result[:, channel])
-    return result

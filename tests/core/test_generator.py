@@ -26,9 +26,9 @@ from liquid_splash_addon.core.network import (  # noqa: E402
     Draft,
     NetworkConfig,
     SplashNetwork,
-    unfold,
 )
 from liquid_splash_addon.core.precision import is_usable  # noqa: E402
+from liquid_splash_addon.core.unfolding import unfold  # noqa: E402
 from liquid_splash_addon.core.voxels import PLACE, VELOCITY, rasterize  # noqa: E402
 from liquid_splash_addon.core.weights import (  # noqa: E402
     WeightsError,
@@ -73,6 +73,17 @@ def test_unfolding_is_the_inverse_of_taking_every_second_cell():
     parts = [fine[:, :, a::2, b::2, c::2] for a in (0, 1) for b in (0, 1) for c in (0, 1)]
     packed = torch.stack(parts, dim=2).flatten(1, 2)
     assert (unfold(packed) == fine).all()
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.bfloat16])
+def test_unfolding_onto_a_base_is_the_same_in_use_and_in_training(dtype):
+    x, whole = torch.randn(2, 24, 4, 6, 5).to(dtype), torch.randn(2, 3, 8, 6, 5)
+    base = whole[:, :, 2:6]  # a part, as the generator's box is
+    trained = unfold(x, base)
+    with torch.inference_mode():
+        used = unfold(x, base)
+    assert torch.equal(used, trained) and used.dtype == torch.float32
+    assert torch.equal(unfold(x).float() + unfold(base.repeat_interleave(8, 1)), trained)
 
 
 def test_latent_zero_is_the_deterministic_answer():
