@@ -66,7 +66,7 @@ def rounded_to_bytes(x: Tensor) -> tuple[Tensor, float, int]:
     scale = max(high - low, 1e-12) / STEPS
     zero = round(-low / scale)
     result = torch.empty_like(x, dtype=torch.uint8)
-    source, target = (t.permute(0, 2, 3, 4, 1).reshape(-1).numpy() for t in (x, result))
+    source, target = (t.permute(0, 2, 3, 4, 1).view(-1).numpy() for t in (x, result))
 
     def work(begin: int, end: int) -> None:
         round_to_bytes(
