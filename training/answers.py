@@ -26,7 +26,7 @@ BASELINES = ("dilated_strokes", "nearest")
 """Names that no model may have."""
 
 
-THRESHOLDS = np.linspace(0.05, 0.95, 19)
+PAPER_THRESHOLDS = np.linspace(0.05, 0.95, 19)
 """Tried for the paper's networks. A plain L1 makes them sure: their best may lie anywhere."""
 
 
@@ -65,7 +65,7 @@ class ByGrid:
         return self.answers[cells].generate(condition, grid, latent)
 
 
-def load_answer(path: Path) -> Answer | ByGrid:
+def load_answer(path: Path) -> Answer:
     """Return the model at ``path``: a weights file, or the directory of a training run.
 
     Raises ValueError for what is neither, and for runs of our own model: weights alone have the
@@ -100,7 +100,7 @@ def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, st
             if answer.answers.keys() & before.answers.keys():
                 raise ValueError(f"{name} has two runs for the same grid")
             before.answers |= answer.answers
-        elif before:
+        elif before is not None:
             raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
         else:
             answers[name] = answer
@@ -125,11 +125,12 @@ def best_threshold(
     return float(tried[int(np.mean(scores, axis=0).argmax())])
 
 
-def calibrate(answer: Answer, items: Sequence[Item]) -> None:
+def calibrate(answer: Answer, items: Sequence[Item], grids: Iterable[int]) -> None:
     """Set the thresholds of the paper's model to those with the best IoU; ours has its own."""
     if isinstance(answer, ByGrid):
-        for cells, run in answer.answers.items():
-            run.threshold = best_threshold(run, items, cells, THRESHOLDS)
+        for cells in answer.answers.keys() & set(grids):
+            run = answer.answers[cells]
+            run.threshold = best_threshold(run, items, cells, PAPER_THRESHOLDS)
 
 
 def latents_for(answer: Answer, count: int) -> list[np.ndarray]:

@@ -109,7 +109,7 @@ def read_arguments() -> argparse.Namespace:
         "--models",
         nargs="+",
         metavar="NAME=PATH",
-        help="weights, or a directory of a run; two of the paper's for two grids",
+        help="weights file or directory of a run; a name may have a run of the paper's per grid",
     )
     add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
     add("--out", type=Path, help="JSON file for the figures")
@@ -152,7 +152,7 @@ def run(args: argparse.Namespace) -> str:
     twins = load_twins(args.twins, tests) if args.twins else {}
     answers, hashes = load_answers(args.models)
     for answer in answers.values():
-        calibrate(answer, validation)
+        calibrate(answer, validation, args.grids)
     nearest = NearestExample(examples, workers=args.workers)
     results: dict[str, Figures] = {}
     divergence = {}

@@ -168,6 +168,11 @@ def compute(request: Request, report: Report) -> Result:
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     if request.made_with not in ("", generator.weights_hash):
         warnings.append("Other weights than last time: the splash may look different")
+    if request.precision not in ("", generator.precision):
+        warnings.append(
+            f"Made in the format {generator.precision}: {request.precision} is not to be had on "
+            f"this device. The splash may look a little different"
+        )
     fields = splash.fields.to_bytes()
     seconds = time.perf_counter() - start
     return Result(
@@ -218,7 +223,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     mesh_object.store_fields(splash.data, result.fields)
     context.view_layer.update()
     remember(splash, sketch, request, result)
-    if not request.precision:
+    if request.precision != result.precision:
         keep_precision(context, request.settings.device, result.precision)
     return splash
 

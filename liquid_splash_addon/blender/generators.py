@@ -16,8 +16,8 @@ _loaded: dict[tuple[Path, int, str, str], Generator] = {}
 def get(path: Path | None, device: str, precision: str = "") -> Generator:
     """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
 
-    precision : a key of ``core.precision.PRECISIONS``; empty, or not to be had here as in a file
-    from another machine: measure which is fastest.
+    precision : a key of ``core.precision.PRECISIONS``. If it is empty, or one that this device
+    does not have (a file from another machine), the fastest is measured and taken.
     Only the last one used is kept: two would share a small GPU badly. Not for two threads at
     once. Raises WeightsError, TorchMissingError.
     """
@@ -33,7 +33,8 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
         picked = pick_device(device)
         if not precision or not is_usable(picked, precision):
             precision = fastest_in_use(picked)
-        _loaded[key] = load_generator(path, device, precision)
+        loaded = load_generator(path, device, precision)
+        _loaded[key] = _loaded[(path, changed, device, precision)] = loaded
     return _loaded[key]
 
 

@@ -50,7 +50,7 @@ class Fields:
         occupancy = self.occupancy * np.float32(255)
         np.rint(occupancy, out=occupancy)
         occupancy /= np.float32(255)
-        distance = np.full_like(self.distance, AIR)
+        distance = np.full(self.distance.shape, AIR, dtype=np.float32)
         velocity = np.zeros(self.velocity.shape, dtype=np.float32)
         for kept, field in ((distance, self.distance), *zip(velocity, self.velocity, strict=True)):
             kept.ravel()[near] = field.ravel()[near].astype(np.float16)

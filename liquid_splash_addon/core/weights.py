@@ -65,7 +65,8 @@ def load_generator(
 
     device : one of ``SplashSettings.device``. precision : a key of ``precision.PRECISIONS``.
 
-    Raises TorchMissingError, or WeightsError for a file that is missing, damaged or not ours.
+    Raises TorchMissingError, WeightsError for a file that is missing, damaged or not ours, or
+    ValueError for a precision that the device does not have (``precision.is_usable``).
     """
     if not torch_is_installed():
         raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")

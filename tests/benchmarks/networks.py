@@ -3,11 +3,12 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import torch
 
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
-from liquid_splash_addon.core.precision import IN_EIGHT_BITS, PRECISIONS, prepare
+from liquid_splash_addon.core.precision import IN_EIGHT_BITS, PRECISIONS, is_usable, prepare
 from liquid_splash_addon.core.voxels import CHANNELS
 from training.paper import PaperConfig, PaperGenerator
 
@@ -44,7 +45,7 @@ def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
         half = x if casts_input else x.to(torch.bfloat16)
         network = network.to(torch.bfloat16)
         times.append(least_seconds(lambda: network(half)))  # noqa: B023
-    for name in IN_EIGHT_BITS.values():
+    for name in filter(partial(is_usable, "cpu"), IN_EIGHT_BITS.values()):
         network = prepare(make(), "cpu", name)
         given = x if casts_input else x.to(PRECISIONS[name].dtype)
         times.append(least_seconds(lambda: network(given)))  # noqa: B023

@@ -101,10 +101,25 @@ def test_a_format_that_is_not_to_be_had_here_gives_way():
     """As in a file from another machine."""
     pytest.importorskip("torch")
     from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.core.precision import PRECISIONS
 
     generator = generators.get(None, "CPU", "float8")
+    again = generators.get(None, "CPU", generator.precision)
     generators.free()
-    assert generator.precision in ("float32", "bfloat16", "int8", "int8_bfloat16")
+    assert generator.precision in PRECISIONS and again is generator
+
+
+def test_another_format_than_the_recorded_one_is_a_warning(monkeypatch):
+    from liquid_splash_addon.blender import generators
+
+    monkeypatch.setattr(generators, "get", lambda *given: TubeGenerator())
+    add_sketch(fan())
+    splash = generate()
+    assert "format" not in splash.splash.warnings
+    splash.splash.precision = "int8"
+    activate(splash)
+    bpy.ops.splash.regenerate()
+    assert "int8 is not to be had" in splash.splash.warnings
 
 
 def test_everything_survives_a_file(tmp_path):

@@ -15,6 +15,7 @@ torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
+from liquid_splash_addon.core.weights import default_weights_path  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
 from training.answers import (  # noqa: E402
     ByGrid,
@@ -263,7 +264,8 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
         load_answers([f"a={run}", f"a={run}"])
     with pytest.raises(ValueError, match="No weights"):
         load_answers([f"b={tmp_path / 'none'}"])
-    for wishes in (["a"], [f"nearest={run}"], [f"={run}"]):
+    file = default_weights_path()
+    for wishes in (["a"], [f"nearest={run}"], [f"={run}"], [f"a={run}", f"a={file}"]):
         with pytest.raises(ValueError, match="name of its own"):
             load_answers(wishes)
     torch.save({"kind": "splash"}, run / "checkpoint.pt")
@@ -295,11 +297,14 @@ def test_the_best_threshold_is_found(toy_data: Path):
 
 def test_a_model_of_the_papers_is_calibrated_on_each_of_its_grids(toy_data: Path):
     items = load_items(toy_data, "validation")[:1]
-    runs = [Timid(items, 32, 0.0, 0.12), Timid(items, 16, 0.8, 0.92)]
-    calibrate(ByGrid(runs), items)
-    assert [run.threshold for run in runs] == pytest.approx([0.05, 0.8], abs=0.051)
+    runs = [Timid(items, 32, 0.0, 0.12), Timid(items, 16, 0.82, 0.93)]
+    calibrate(ByGrid(runs), items, [32, 16, 64])
+    assert 0.0 < runs[0].threshold <= 0.12 and 0.82 <= runs[1].threshold < 0.93
+    runs[0].threshold = 0.7
+    calibrate(ByGrid(runs), items, [64])  # not asked for
+    assert runs[0].threshold == 0.7
     ours = Slabs()
-    calibrate(ours, items)
+    calibrate(ours, items, [32])
     assert not hasattr(ours, "threshold")
 
 

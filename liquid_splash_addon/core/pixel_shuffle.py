@@ -11,13 +11,13 @@ from torch import Tensor
 from .threads import in_parts
 
 
-def unfold(x: Tensor, base: Tensor | None = None) -> Tensor:
+def pixel_shuffle(x: Tensor, base: Tensor | None = None) -> Tensor:
     """Turn ``(B, 8 C, X, Y, Z)`` into ``(B, C, 2X, 2Y, 2Z)``.
 
-    base : ``(B, C, X, Y, Z)`` that is added to all eight cells of each; the result has its type.
+    base : float32 ``(B, C, X, Y, Z)`` that is added to all eight cells of each.
     """
     if base is not None and base.device.type == "cpu" and not torch.is_grad_enabled():
-        return unfolded_onto(x, base)
+        return shuffled_onto(x, base)
     batch, channels, *shape = x.shape
     x = x.reshape(batch, channels // 8, 2, 2, 2, *shape).permute(0, 1, 5, 2, 6, 3, 7, 4)
     if base is not None:
@@ -25,8 +25,8 @@ def unfold(x: Tensor, base: Tensor | None = None) -> Tensor:
     return x.reshape(batch, channels // 8, *(2 * n for n in shape))
 
 
-def unfolded_onto(x: Tensor, base: Tensor) -> Tensor:
-    """Return what :func:`unfold` does, in one pass.
+def shuffled_onto(x: Tensor, base: Tensor) -> Tensor:
+    """Return what :func:`pixel_shuffle` does, in one pass.
 
     The network's result is its largest array: torch's general sum took as long for it as the
     largest convolution.
@@ -34,11 +34,11 @@ def unfolded_onto(x: Tensor, base: Tensor) -> Tensor:
     batch, channels, *shape = base.shape
     result = torch.empty((batch, channels, *(2 * n for n in shape)), dtype=torch.float32)
     cells = x.permute(0, 2, 3, 4, 1).float().contiguous().numpy()
-    under = base.float().contiguous().numpy()
+    under = base.contiguous().numpy()
     for number in range(batch):
         parts = (cells[number], under[number], result[number].numpy())
         in_parts(shape[0], lambda begin, end: add_halves(*parts, begin, end))  # noqa: B023
-    return result.to(base.dtype)
+    return result
 
 
 @njit(nogil=True, cache=True)
