@@ -15,6 +15,7 @@ from tqdm import tqdm
 from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.generator import Generator, draw_latent
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.precision import PRECISIONS
 from liquid_splash_addon.core.weights import load_generator
 
 from .dataset import Item, held_out_sample
@@ -65,14 +66,16 @@ class ByGrid:
         return self.answers[cells].generate(condition, grid, latent)
 
 
-def load_answer(path: Path) -> Answer:
+def load_answer(path: Path, precision: str = "float32") -> Answer:
     """Return the model at ``path``: a weights file, or the directory of a training run.
 
     Raises ValueError for what is neither, and for runs of our own model: weights alone have the
     calibrated threshold.
     """
     if not path.is_dir():
-        return load_generator(path)
+        return load_generator(
+            path, "CPU" if PRECISIONS[precision].eight_bits else "AUTO", precision
+        )
     try:
         state = torch.load(path / CHECKPOINT, map_location="cpu", weights_only=True, mmap=True)
     except OSError as error:
@@ -84,10 +87,13 @@ def load_answer(path: Path) -> Answer:
     return ByGrid([load_paper(path)])
 
 
-def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, str]]:
+def load_answers(
+    wishes: Iterable[str], precision: str = "float32"
+) -> tuple[dict[str, Answer], dict[str, str]]:
     """Return the models that ``name=PATH`` each ask for, and the hashes of their files, by name.
 
-    A name may have several runs of the paper's model, one for each grid.
+    A name may have several runs of the paper's model, one for each grid. precision : that our
+    weights run in, a key of ``core.precision.PRECISIONS``.
     """
     answers: dict[str, Answer] = {}
     hashes: dict[str, str] = {}
@@ -95,7 +101,7 @@ def load_answers(wishes: Iterable[str]) -> tuple[dict[str, Answer], dict[str, st
         name, _, place = wish.partition("=")
         if not name or not place or name in BASELINES:
             raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
-        answer, before = load_answer(Path(place)), answers.get(name)
+        answer, before = load_answer(Path(place), precision), answers.get(name)
         if isinstance(answer, ByGrid) and isinstance(before, ByGrid):
             if answer.answers.keys() & before.answers.keys():
                 raise ValueError(f"{name} has two runs for the same grid")

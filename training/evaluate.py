@@ -21,6 +21,7 @@ import numpy as np
 from tqdm import tqdm
 
 from liquid_splash_addon.core.generator import Generator
+from liquid_splash_addon.core.precision import PRECISIONS
 from liquid_splash_addon.core.weights import default_weights_path
 
 from .answers import BASELINES, Answer, ByGrid, calibrate, latents_for, load_answers
@@ -112,6 +113,7 @@ def read_arguments() -> argparse.Namespace:
         help="weights file or directory of a run; a name may have a run of the paper's per grid",
     )
     add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
+    add("--precision", choices=list(PRECISIONS), default="float32", help="of our weights")
     add("--out", type=Path, help="JSON file for the figures")
     add("--keep", action="store_true", help="keep the rows of other models in it")
     add("--most", type=int, default=100, help="test frames at the most")
@@ -150,7 +152,7 @@ def run(args: argparse.Namespace) -> str:
     test_hash = frames_hash(tests)
     kept = load_kept(args.out, test_hash) if args.out and args.keep else {}
     twins = load_twins(args.twins, tests) if args.twins else {}
-    answers, hashes = load_answers(args.models)
+    answers, hashes = load_answers(args.models, args.precision)
     for answer in answers.values():
         calibrate(answer, validation, args.grids)
     nearest = NearestExample(examples, workers=args.workers)

@@ -361,7 +361,8 @@ def test_the_command_measures_models_side_by_side(
 ):
     known = {"ours": Slabs(), "coarse": Slabs(finest=1 / 40)}
 
-    def load(wishes):
+    def load(wishes, precision):
+        assert precision == "float32"
         names = [wish.partition("=")[0] for wish in wishes]
         return {name: known[name] for name in names}, {name: f"hash of {name}" for name in names}
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from training import ruptures
 from training.ceiling import frame_iou, stored_twins
 from training.ceiling import main as ceiling_main
 from training.dataset import SPLITS, list_items, load_items
@@ -126,3 +127,16 @@ def test_a_scene_without_other_seeding_is_its_own_twin(toy_data: Path):
     assert [(row["number"], row["time"]) for row in same] == [(i.number, i.time) for i in items]
     assert [row["iou"] for row in same] == [1.0] * len(items)
     assert other and all(0.2 < row["iou"] < 1.0 for row in other)
+
+
+def test_ruptures_are_counted_by_speed(toy_data: Path, run_command, capsys):
+    rows = [{"speed": s, "pieces": p} for s, p in ((3.0, 1.0), (1.0, 5.0), (2.0, 2.0), (4.0, 3.0))]
+    slow, fast = ruptures.by_speed(rows, 2)
+    assert slow == {"speed": 1.5, "pieces": 3.5, "frames": 2}
+    assert fast == {"speed": 3.5, "pieces": 2.0, "frames": 2}
+    assert run_command(ruptures.main, toy_data, "--most", 3) == 0
+    groups = json.loads(capsys.readouterr().out)
+    assert [group["frames"] for group in groups] == [1, 1, 1]
+    assert [g["speed"] for g in groups] == sorted(g["speed"] for g in groups)
+    assert all(0 < g["surface"] <= 1 and g["pieces"] >= 0 for g in groups)
+    assert run_command(ruptures.main, toy_data / "none") == 1
