@@ -97,18 +97,6 @@ def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
     assert [given[2] for given in asked] == ["", "bfloat16"]
 
 
-def test_a_format_that_is_not_to_be_had_here_gives_way():
-    """As in a file from another machine."""
-    pytest.importorskip("torch")
-    from liquid_splash_addon.blender import generators
-    from liquid_splash_addon.core.precision import PRECISIONS
-
-    generator = generators.get(None, "CPU", "float8")
-    again = generators.get(None, "CPU", generator.precision)
-    generators.free()
-    assert generator.precision in PRECISIONS and again is generator
-
-
 def test_another_format_than_the_recorded_one_is_a_warning(monkeypatch):
     from liquid_splash_addon.blender import generators
 

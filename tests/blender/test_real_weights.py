@@ -48,3 +48,14 @@ def test_the_splash_follows_the_strokes(name):
         offset = Vector(point) - surface
         near.append(offset.dot(normal) < 0 or offset.length < 2 * cell)
     assert np.mean(near) > 0.8
+
+
+def test_a_format_that_this_device_does_not_have_gives_way():
+    """As in a file from another machine."""
+    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.core.precision import PRECISIONS
+
+    generator = generators.get(None, "CPU", "float8")
+    again = generators.get(None, "CPU", generator.precision)
+    generators.free()
+    assert generator.precision in PRECISIONS and again is generator

@@ -2,7 +2,6 @@
 """Figures of models on unseen frames: arithmetic, groups, twins, seeds, pictures, the command."""
 
 import json
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,18 +14,12 @@ torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
-from liquid_splash_addon.core.weights import default_weights_path  # noqa: E402
+from tests.training.answering import Slabs  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
-from training.answers import (  # noqa: E402
-    ByGrid,
-    best_threshold,
-    calibrate,
-    latents_for,
-    load_answers,
-)
+from training.answers import latents_for  # noqa: E402
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
 from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
-from training.dataset import held_out_sample, load_items  # noqa: E402
+from training.dataset import load_items  # noqa: E402
 from training.diversity import diversity, seeds_row  # noqa: E402
 from training.diversity import summary as diversity_summary  # noqa: E402
 from training.metrics import average, relative_divergence  # noqa: E402
@@ -42,30 +35,6 @@ from training.report import (  # noqa: E402
     summary,
 )
 from training.shapes import halved  # noqa: E402
-
-
-class Slabs:
-    """A model with known answers: liquid in a slab an eighth of the box thick.
-
-    Its place, in thicknesses along x, is the latent's first number, 0 without one. Cells must
-    be at least ``finest`` thousandths of the box, or it cannot answer.
-    """
-
-    def __init__(self, finest: float = 0.0) -> None:
-        self.finest = finest
-
-    def generate(self, condition, grid, latent=None):
-        if grid.spacing < self.finest * 0.4:
-            raise ValueError("the grid is too fine")
-        cells = grid.shape[0]
-        first = 0.0 if latent is None else cells / 8 * float(latent[0])
-        x = np.arange(cells) + 0.5
-        depth = np.maximum(first - x, x - first - cells / 8)
-        distance = np.broadcast_to(depth[:, None, None], grid.shape).astype(np.float32)
-        velocity = np.zeros((3, *grid.shape), np.float32)
-        velocity[0] = 2.0
-        occupancy = (distance < 0).astype(np.float32)
-        return Fields(occupancy, np.clip(distance, -AIR, AIR), velocity, grid)
 
 
 def flow(a: float, b: float, c: float) -> np.ndarray:
@@ -242,70 +211,6 @@ def test_latents_of_other_models_differ_by_seed():
     first, second = latents_for(Slabs(), 2), latents_for(Slabs(), 2)
     assert not np.array_equal(*first)
     assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
-
-
-def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
-    run, finer = tmp_path / "run", tmp_path / "finer"
-    papers = {run: Slabs(), finer: Slabs()}
-    for cells, (path, paper) in zip((32, 64), papers.items(), strict=True):
-        path.mkdir()
-        paper.cells = cells
-        torch.save({"kind": "paper"}, path / "checkpoint.pt")
-    loader = SimpleNamespace(load_paper=lambda path: papers[path])
-    monkeypatch.setitem(sys.modules, "training.paper", loader)
-    answers, hashes = load_answers([f"a={run}", f"a={finer}"])
-    assert list(answers) == ["a"] and len(hashes["a"].split()) == 2
-    grid, condition = Grid.local(64), np.zeros((4, 64, 64, 64), np.float32)
-    assert answers["a"].answers == {32: papers[run], 64: papers[finer]}
-    assert answers["a"].generate(condition, grid).grid == grid
-    with pytest.raises(ValueError, match=r"no run of it for 64\^3"):
-        load_answers([f"a={run}"])[0]["a"].generate(condition, grid)
-    with pytest.raises(ValueError, match="two runs for the same grid"):
-        load_answers([f"a={run}", f"a={run}"])
-    with pytest.raises(ValueError, match="No weights"):
-        load_answers([f"b={tmp_path / 'none'}"])
-    file = default_weights_path()
-    for wishes in (["a"], [f"nearest={run}"], [f"={run}"], [f"a={run}", f"a={file}"]):
-        with pytest.raises(ValueError, match="name of its own"):
-            load_answers(wishes)
-    torch.save({"kind": "splash"}, run / "checkpoint.pt")
-    with pytest.raises(ValueError, match=r"training\.export"):
-        load_answers([f"a={run}"])
-    (run / "checkpoint.pt").unlink()
-    with pytest.raises(ValueError, match="holds no training run"):
-        load_answers([f"a={run}"])
-
-
-class Timid:
-    """An answer that knows the truth of some frames, but gives it between two numbers only."""
-
-    def __init__(self, items, cells: int, low: float, high: float) -> None:
-        truths = [held_out_sample(item, cells)[0].distance < 0 for item in items]
-        self.occupancies = [np.where(truth, high, low).astype(np.float32) for truth in truths]
-        self.cells, self.threshold = cells, 0.5
-
-    def generate(self, condition, grid, latent=None):
-        occupancy = self.occupancies.pop(0)
-        return Fields(occupancy, -occupancy, np.zeros(3), grid)
-
-
-def test_the_best_threshold_is_found(toy_data: Path):
-    items = load_items(toy_data, "validation")[:2]
-    timid = Timid(items, 32, 0.3, 0.6)
-    assert best_threshold(timid, items, 32, [0.1, 0.2, 0.4, 0.7]) == 0.4
-
-
-def test_a_model_of_the_papers_is_calibrated_on_each_of_its_grids(toy_data: Path):
-    items = load_items(toy_data, "validation")[:1]
-    runs = [Timid(items, 32, 0.0, 0.12), Timid(items, 16, 0.82, 0.93)]
-    calibrate(ByGrid(runs), items, [32, 16, 64])
-    assert 0.0 < runs[0].threshold <= 0.12 and 0.82 <= runs[1].threshold < 0.93
-    runs[0].threshold = 0.7
-    calibrate(ByGrid(runs), items, [64])  # not asked for
-    assert runs[0].threshold == 0.7
-    ours = Slabs()
-    calibrate(ours, items, [32])
-    assert not hasattr(ours, "threshold")
 
 
 def test_sketches_are_the_same_traced_in_processes(toy_data: Path):
