@@ -16,6 +16,7 @@ from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.generator import Generator, draw_latent
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.precision import PRECISIONS
+from liquid_splash_addon.core.voxels import Condition
 from liquid_splash_addon.core.weights import load_generator
 
 from .dataset import Item, held_out_sample
@@ -23,7 +24,7 @@ from .metrics import iou
 
 CHECKPOINT = "checkpoint.pt"
 
-BASELINES = ("dilated_strokes", "nearest")
+BASELINES = ("dilated_strokes", "dilated_spans", "nearest")
 """Names that no model may have."""
 
 
@@ -35,7 +36,7 @@ class Answer(Protocol):
     """What a model must be able to do to be measured."""
 
     def generate(
-        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+        self, condition: Condition, grid: Grid, latent: np.ndarray | None = None
     ) -> Fields:
         """Return the splash, see ``Generator.generate``; ValueError if it cannot on this grid."""
 
@@ -57,7 +58,7 @@ class ByGrid:
         self.answers = {answer.cells: answer for answer in answers}
 
     def generate(
-        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+        self, condition: Condition, grid: Grid, latent: np.ndarray | None = None
     ) -> Fields:
         """Return the splash of the run for this grid; see :class:`Answer`."""
         cells = grid.shape[0]

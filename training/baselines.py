@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a generator must beat: dilated strokes, and the most similar training example."""
+"""What a generator must beat: dilated strokes and spans, and the most similar example."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ WORTH_A_PROCESS = 32
 """Sketches that are traced while another process starts."""
 
 
-def stroke_distance(condition: np.ndarray) -> np.ndarray:
-    """Return each cell's distance to the nearest stroke cell, in cells."""
-    return np.asarray(distance_transform_edt(condition[0] == 0))
+def distance_to(cells: np.ndarray) -> np.ndarray:
+    """Return each cell's distance to the nearest of ``cells``, float32, in cells."""
+    return np.asarray(distance_transform_edt(~cells), dtype=np.float32)
 
 
 def best_radius(distances: Iterable[np.ndarray], truths: Iterable[np.ndarray]) -> float:

@@ -16,8 +16,9 @@ from liquid_splash_addon.core.alignment import NEAR_EQUAL, Frame, fit_frame, pri
 from liquid_splash_addon.core.fields import AIR
 from liquid_splash_addon.core.fluid.streamlines import trilinear, velocity_at
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.spans import span
 from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.voxels import rasterize
+from liquid_splash_addon.core.voxels import Condition, rasterize
 
 from .frames import StoredFrame, load_frame, load_parameters
 from .obstacles import Obstacle, load_obstacle
@@ -36,12 +37,12 @@ FARTHEST = AIR - 0.1
 class Sample(NamedTuple):
     """One pair for the network.
 
-    condition : float32 ``(7, X, Y, Z)``; distance : float32 ``(X, Y, Z)`` cells, clipped at
+    condition : of the strokes; distance : float32 ``(X, Y, Z)`` cells, clipped at
     +-AIR or, where that is less, at the stored grid's own AIR cells; velocity : float32
     ``(3, X, Y, Z)`` m/s, zero far from the liquid; grid : the cells' place.
     """
 
-    condition: np.ndarray
+    condition: Condition
     distance: np.ndarray
     velocity: np.ndarray
     grid: Grid
@@ -131,17 +132,23 @@ def augmented_frame(frame: Frame, strokes: Sequence[Stroke], rng: np.random.Gene
     return frame.turned(np.diag(rng.choice([-1.0, 1.0], 3)) @ turn)
 
 
-def condition_of(strokes: Sequence[Stroke], frame: Frame, grid: Grid) -> np.ndarray:
-    """Return the condition of strokes in metres: the add-on's own path with gain 1."""
-    return rasterize(frame.strokes_to_local(strokes), grid)
+def samples_on(
+    stored: StoredFrame,
+    spacing: float,
+    strokes: Sequence[Stroke],
+    frame: Frame,
+    grids: Sequence[Grid],
+) -> list[Sample]:
+    """Return condition and truth of a stored frame on each grid, in the local ``frame``.
 
-
-def sample_on(
-    stored: StoredFrame, spacing: float, strokes: Sequence[Stroke], frame: Frame, grid: Grid
-) -> Sample:
-    """Return condition and truth of a stored frame on ``grid`` in the local ``frame``."""
-    distance, velocity = resample(stored, spacing, frame, grid)
-    return Sample(condition_of(strokes, frame, grid), distance, velocity, grid)
+    Strokes are in metres; they become a condition by the add-on's own path, with gain 1.
+    """
+    local = frame.strokes_to_local(strokes)
+    spans = span(local)
+    return [
+        Sample(rasterize(local, grid, spans), *resample(stored, spacing, frame, grid), grid)
+        for grid in grids
+    ]
 
 
 def resample(
@@ -202,4 +209,5 @@ def held_out_sample(item: Item, cells: int) -> tuple[Sample, list[Stroke]]:
     """Return the pair and strokes of an unseen frame, the same at every call."""
     stored = item.load()
     strokes = held_out_strokes(item, stored)
-    return sample_on(stored, item.spacing, strokes, fit_frame(strokes), Grid.local(cells)), strokes
+    grids = [Grid.local(cells)]
+    return samples_on(stored, item.spacing, strokes, fit_frame(strokes), grids)[0], strokes

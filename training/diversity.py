@@ -70,7 +70,7 @@ def frame_rows(
         plain = answer.generate(sample.condition, sample.grid).occupancy > 0.5
         splashes = [answer.generate(sample.condition, sample.grid, z) for z in latents]
         masks = [splash.occupancy > 0.5 for splash in splashes]
-        rows[cells] = seeds_row(masks, plain, truth, sample.condition[0] > 0)
+        rows[cells] = seeds_row(masks, plain, truth, sample.condition.drawn)
         if cells // 2 in drafts:
             *coarse, coarse_truth = drafts[cells // 2]
             pairs = zip(coarse, splashes, strict=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure models on scenes they were never trained on, beside two baselines.
+"""Measure models on scenes they were never trained on, beside baselines.
 
     python -m training.evaluate DATA --out accuracy.json
     python -m training.evaluate DATA --models ours=FILE paper=RUN --twins FILE --pictures FILE.png
@@ -22,10 +22,11 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.precision import PRECISIONS
+from liquid_splash_addon.core.voxels import Condition
 from liquid_splash_addon.core.weights import default_weights_path
 
 from .answers import BASELINES, Answer, ByGrid, calibrate, latents_for, load_answers
-from .baselines import NearestExample, best_radius, stroke_distance
+from .baselines import NearestExample, best_radius, distance_to
 from .comparison import draw_comparison
 from .dataset import Item, choose, held_out_sample, load_items
 from .diversity import diversity
@@ -48,21 +49,31 @@ class Measured(NamedTuple):
     strokes: list[int]
 
 
-def tuned_radius(validation: Sequence[Item], cells: int) -> float:
-    """Return the dilation (cells) that suits the validation frames best."""
-    distances, truths = [], []
+def dilations(condition: Condition) -> dict[str, np.ndarray]:
+    """Return each cell's distance to the strokes, and to them and their spans, in cells."""
+    return {
+        "dilated_strokes": distance_to(condition.drawn),
+        "dilated_spans": distance_to(condition.crossed),
+    }
+
+
+def tuned_radii(validation: Sequence[Item], cells: int) -> dict[str, float]:
+    """Return the dilations (cells) that suit the validation frames best."""
+    distances: dict[str, list[np.ndarray]] = {}
+    truths = []
     for item in validation:
         sample, _ = held_out_sample(item, cells)
-        distances.append(stroke_distance(sample.condition).astype(np.float32))
+        for name, distance in dilations(sample.condition).items():
+            distances.setdefault(name, []).append(distance)
         truths.append(sample.distance < 0)
-    return best_radius(distances, truths)
+    return {name: best_radius(found, truths) for name, found in distances.items()}
 
 
 def measure(
     answers: Mapping[str, Answer],
     tests: Sequence[Item],
     nearest: NearestExample,
-    radius: float,
+    radii: Mapping[str, float],
     cells: int,
 ) -> Measured:
     """Return the figures of the models and the baselines on the test frames.
@@ -86,7 +97,8 @@ def measure(
                 del left[name], found.rows[name]
                 continue
             guesses[name] = (fields.occupancy > 0.5, fields.velocity)
-        guesses["dilated_strokes"] = (stroke_distance(sample.condition) <= radius, None)
+        for name, distance in dilations(sample.condition).items():
+            guesses[name] = (distance <= radii[name], None)
         guesses["nearest"] = (near < 0, near_velocity)
         for name, (occupied, velocity) in guesses.items():
             row = occupancy_metrics(occupied, truth, spacing)
@@ -159,12 +171,13 @@ def run(args: argparse.Namespace) -> str:
     results: dict[str, Figures] = {}
     divergence = {}
     for cells in args.grids:
-        radius = tuned_radius(validation, cells)
-        found = measure(answers, tests, nearest, radius, cells)
+        radii = tuned_radii(validation, cells)
+        found = measure(answers, tests, nearest, radii, cells)
         results[str(cells)] = {
             name: summary(rows, tests, found.strokes, twins) for name, rows in found.rows.items()
         }
-        results[str(cells)]["dilated_strokes"]["radius_cells"] = radius
+        for name, radius in radii.items():
+            results[str(cells)][name]["radius_cells"] = radius
         for name, answer in answers.items():
             if isinstance(answer, ByGrid) and name in found.rows:
                 results[str(cells)][name]["threshold"] = answer.answers[cells].threshold

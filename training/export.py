@@ -54,6 +54,17 @@ def average_with(network: SplashNetwork, other: SplashNetwork) -> None:
             mine.lerp_(theirs, 0.5)
 
 
+def scale_latents(network: SplashNetwork, factor: float) -> None:
+    """Make the networks answer to a latent as they did to one ``factor`` times as large.
+
+    Of the best of several latents it is trained on a network learns too wide a choice; what
+    one splash may differ by from another is known from twins.
+    """
+    with torch.no_grad():
+        for parameter in network.coarse.modulations.parameters():
+            parameter.mul_(factor)
+
+
 def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
     """Return the median longest side (m) of the training sketches and their fastest speed (m/s).
 
@@ -62,7 +73,7 @@ def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
     sides, speeds = [], []
     for item in items:
         sample, strokes = held_out_sample(item, 64)
-        cells = np.argwhere(sample.condition[0] > 0)
+        cells = np.argwhere(sample.condition.drawn)
         sides.append((np.ptp(cells, axis=0).max() + 1) * Grid.local(64).spacing)
         speeds.append(np.concatenate([np.linalg.norm(s.velocities, axis=1) for s in strokes]))
     return {
@@ -82,6 +93,10 @@ def main() -> int:
         help="take the mean of the run and these weights, from which it began: what it learned of "
         "few scenes by heart counts half (Wortsman et al. 2022)",
     )  # fmt: skip
+    parser.add_argument(
+        "--latent-scale", type=float, default=1.0,
+        help="factor on what latents do, so that seeds differ as twins do (training.evaluate)",
+    )  # fmt: skip
     parser.add_argument("--figures", type=Path, help="JSON of training.evaluate, for the header")
     parser.add_argument("--most", type=int, default=40, help="validation frames at the most")
     args = parser.parse_args()
@@ -89,6 +104,7 @@ def main() -> int:
         network, state = load_average(args.run)
         if args.mean_with:
             average_with(network, load_generator(args.mean_with, "CPU").network)
+        scale_latents(network, args.latent_scale)
         training = load_items(args.data, "train")
         validation = choose(load_items(args.data, "validation"), args.most)
     except (OSError, ValueError) as error:

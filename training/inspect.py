@@ -76,8 +76,8 @@ def describe_frames(items: Sequence[Item]) -> list[str]:
         rows.append(
             {
                 "occupied": liquid / sample.distance.size,
-                "drawn": float(sample.condition[0].sum()),
-                "density": float(sample.condition[0].sum()) / max(liquid, 1),
+                "drawn": float(sample.condition.drawn.sum()),
+                "density": float(sample.condition.drawn.sum()) / max(liquid, 1),
                 "strokes": len(sketch),
                 "length": float(np.mean(steps)),
                 "droplets": len(stored.droplets),

@@ -19,6 +19,7 @@ from torch.nn import functional as F
 
 from liquid_splash_addon.core.fields import PHI_CELLS, Fields
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.voxels import Condition
 
 from .losses import VELOCITY_SCALE
 
@@ -200,13 +201,12 @@ class PaperAnswer:
         return self.network.config.cells
 
     def generate(
-        self, condition: np.ndarray, grid: Grid, latent: np.ndarray | None = None
+        self, condition: Condition, grid: Grid, latent: np.ndarray | None = None
     ) -> Fields:
         """Return the splash for ``condition`` on ``grid``.
 
         The distance is the one whose phi (eq. 4) is the occupancy, so it ends 2 cells away.
 
-        condition : float32 ``(4 or more, X, Y, Z)``, velocity in m/s.
         latent : any array; it seeds the dropout, the only noise there is. None is seed 0.
 
         Raises ValueError for another grid than it was trained on.
@@ -215,7 +215,7 @@ class PaperAnswer:
             raise ValueError(
                 f"this network was trained on {self.cells}^3 cells, not on {grid.shape}"
             )
-        scaled = torch.from_numpy(condition[:CHANNELS]).to(self.device, copy=True)[None]
+        scaled = torch.from_numpy(condition.dense()[:CHANNELS]).to(self.device)[None]
         scaled[:, 1:] /= VELOCITY_SCALE
         seed = 0 if latent is None else zlib.crc32(latent.tobytes())
         output = answer(self.network, scaled, seed)[0].cpu().numpy()

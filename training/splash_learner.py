@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from liquid_splash_addon.core.condition import crossed_cells
+from liquid_splash_addon.core.generator import one_for_all
 from liquid_splash_addon.core.network import Draft, Encoding, NetworkConfig, SplashNetwork
 
 from .learning import Learner
@@ -109,7 +110,10 @@ class SplashLearner(Learner):
             return None
         shape = (len(batch.distance), *latent_shape(self.network.config))
         tries = torch.stack(
-            [torch.randn(shape, generator=self.random) for _ in range(self.config.candidates)]
+            [
+                one_for_all(torch.randn(shape, generator=self.random))
+                for _ in range(self.config.candidates)
+            ]
         ).to(self.device)
         with torch.no_grad():
             losses = [

@@ -16,9 +16,9 @@ from liquid_splash_addon.core.alignment import Frame, fit_frame
 from liquid_splash_addon.core.condition import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.voxels import VELOCITY
+from liquid_splash_addon.core.voxels import SPANS_VELOCITY, VELOCITY
 
-from .dataset import Item, Sample, augmented_frame, sample_on
+from .dataset import Item, Sample, augmented_frame, samples_on
 from .frames import StoredFrame
 from .losses import VELOCITY_SCALE, Batch, Cells
 from .obstacles import Obstacle
@@ -91,16 +91,16 @@ def draw_lesson(item: Item, stored: StoredFrame, wish: Wish, rng: np.random.Gene
     counts = DENSE if rng.random() < DENSE_SHARE else STROKES_IN_TRAINING
     strokes = draw_strokes(lines, rng, counts, jitter=True)
     frame = augmented_frame(fit_frame(strokes), strokes, rng)
-    box = sample_on(stored, item.spacing, strokes, frame, Grid.local(wish.cells))
-    part, start = None, (0, 0, 0)
+    grids, start = [Grid.local(wish.cells)], (0, 0, 0)
     if wish.crop:
         grid, start = random_part(strokes, frame, wish, rng)
-        part = sample_on(stored, item.spacing, strokes, frame, grid)
+        grids.append(grid)
+    box, *parts = samples_on(stored, item.spacing, strokes, frame, grids)
     if rng.random() < wish.obstacle:
         closeness = obstacle_closeness(item.obstacle, frame, wish.cells // 2)
     else:
         closeness = np.zeros((wish.cells // 2,) * 3, dtype=np.float32)
-    return Lesson(box, part, start, closeness)
+    return Lesson(box, parts[0] if parts else None, start, closeness)
 
 
 class Lessons(Dataset[Lesson]):
@@ -165,8 +165,9 @@ def stream(
 
 def stack(samples: Sequence[Sample]) -> Cells:
     """Return samples of one shape as tensors."""
-    condition = torch.from_numpy(np.stack([s.condition for s in samples]))
-    condition[:, VELOCITY] /= VELOCITY_SCALE
+    condition = torch.from_numpy(np.stack([s.condition.dense() for s in samples]))
+    for which in (VELOCITY, SPANS_VELOCITY):
+        condition[:, which] /= VELOCITY_SCALE
     return Cells(
         condition.contiguous(memory_format=torch.channels_last_3d),
         torch.from_numpy(np.stack([s.distance for s in samples])),

@@ -9,7 +9,15 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from .voxels import CHANNELS, PLACE, VELOCITY
+from .voxels import (
+    CHANNELS,
+    PLACE,
+    SPANS,
+    SPANS_PLACE,
+    SPANS_VELOCITY,
+    VELOCITY,
+    Condition,
+)
 
 NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
 
@@ -18,9 +26,9 @@ SPARSE = 1e-4
 
 
 class Crossed(NamedTuple):
-    """The cells of a condition that strokes cross: one in a thousand, so work on them is free.
+    """The cells of a condition that strokes or their spans cross: few, so work on them is free.
 
-    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 7)``, the condition there; shape : of
+    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 16)``, the condition there; shape : of
     the batch, ``(B, X, Y, Z)``.
     """
 
@@ -28,8 +36,14 @@ class Crossed(NamedTuple):
     values: Tensor
     shape: tuple[int, ...]
 
+    @classmethod
+    def of(cls, condition: Condition) -> Crossed:
+        """Return a condition as a batch of one."""
+        where = F.pad(torch.from_numpy(condition.where).long(), (1, 0))
+        return cls(where, torch.from_numpy(condition.values), (1, *condition.shape))
+
     def dense(self) -> Tensor:
-        """Return the condition, ``(B, 7, X, Y, Z)``, channels last."""
+        """Return the condition, ``(B, 16, X, Y, Z)``, channels last."""
         batch, x, y, z = self.where.unbind(1)
         cells = self.values.new_zeros(*self.shape, self.values.shape[1])
         return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
@@ -39,10 +53,11 @@ class Crossed(NamedTuple):
 
         unit, limit : m/s
         """
-        velocity = self.values[:, VELOCITY]
-        speed = torch.linalg.vector_norm(velocity, dim=1, keepdim=True)
         values = self.values.clone()
-        values[:, VELOCITY] = velocity * (limit / speed.clamp_min(limit)) / unit
+        for which in (VELOCITY, SPANS_VELOCITY):
+            velocity = self.values[:, which]
+            speed = torch.linalg.vector_norm(velocity, dim=1, keepdim=True)
+            values[:, which] = velocity * (limit / speed.clamp_min(limit)) / unit
         return self._replace(values=values)
 
     def to(self, device: str) -> Crossed:
@@ -70,8 +85,8 @@ class Crossed(NamedTuple):
 
 
 def crossed_cells(condition: Tensor) -> Crossed:
-    """Return the crossed cells of ``(B, 7, X, Y, Z)``."""
-    where = condition[:, 0].nonzero()
+    """Return the crossed cells of ``(B, 16, X, Y, Z)``."""
+    where = (condition[:, 0] + condition[:, SPANS]).nonzero()
     batch, x, y, z = where.unbind(1)
     return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
 
@@ -79,13 +94,22 @@ def crossed_cells(condition: Tensor) -> Crossed:
 def halved(crossed: Crossed) -> Tensor:
     """Return the condition on cells twice as large: crossed if one of eight is, mean of the rest.
 
-    The result is ``(B, 7, X / 2, Y / 2, Z / 2)``.
+    The result is ``(B, 16, X / 2, Y / 2, Z / 2)``.
     """
-    place = (crossed.values[:, PLACE] + crossed.where[:, 1:] % 2 - 0.5) / 2
-    values = torch.cat([crossed.values[:, : PLACE.start], place], dim=1)
-    sums = crossed.gathered(values, values.new_zeros(CHANNELS))
-    count = sums[:, :1]
-    return torch.cat([(count > 0).to(sums.dtype), sums[:, 1:] / count.clamp_min(1)], dim=1)
+    values = torch.cat([crossed.values, (crossed.values[:, SPANS, None] > 0).float()], dim=1)
+    octant = crossed.where[:, 1:] % 2 - 0.5
+    for which, there in ((PLACE, values[:, 0]), (SPANS_PLACE, values[:, CHANNELS])):
+        values[:, which] = (values[:, which] + octant) / 2 * there[:, None]
+    sums = crossed.gathered(values, values.new_zeros(CHANNELS + 1))
+    drawn, spanned = sums[:, :1], sums[:, CHANNELS:]
+    return torch.cat(
+        [
+            (drawn > 0).to(sums.dtype),
+            sums[:, 1:SPANS] / drawn.clamp_min(1),
+            sums[:, SPANS:CHANNELS] / spanned.clamp_min(1),
+        ],
+        dim=1,
+    )
 
 
 def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
@@ -94,10 +118,13 @@ def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
     The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
     """
     assert stem.bias is not None
-    kernels = stem.weight.permute(2, 3, 4, 0, 1).flatten(0, 2)  # (8, C, 7)
+    kernels = stem.weight.permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 16, C)
     eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
-    values = kernels[eighth] @ crossed.values[:, :, None].to(kernels.dtype)
-    return crossed.gathered(values[:, :, 0], stem.bias)
+    order = eighth.argsort()
+    groups = torch.bincount(eighth, minlength=8).tolist()
+    given = torch.split(crossed.values[order].to(kernels.dtype), groups)
+    values = torch.cat([part @ kernel for part, kernel in zip(given, kernels, strict=True)])
+    return crossed._replace(where=crossed.where[order]).gathered(values, stem.bias)
 
 
 def closeness(distance: Tensor, spacing: float) -> Tensor:

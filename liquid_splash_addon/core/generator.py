@@ -11,11 +11,12 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from .condition import Crossed, closeness, crossed_cells, halved
+from .condition import Crossed, closeness, halved
 from .fields import AIR, Fields, settle
 from .grid import LOCAL_SPACING, Grid
 from .network import Draft, NetworkConfig, SplashNetwork
 from .precision import prepare
+from .voxels import Condition
 
 FAINT = 0.01
 """Probability of liquid under which a draft's cell needs no detail."""
@@ -66,7 +67,7 @@ class Generator:
     @torch.inference_mode()
     def generate(
         self,
-        condition: np.ndarray,
+        condition: Condition,
         grid: Grid,
         latent: np.ndarray | None = None,
         obstacle: np.ndarray | None = None,
@@ -75,8 +76,8 @@ class Generator:
 
         Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
 
-        condition : float32 ``(7, X, Y, Z)`` of ``voxels.rasterize``; X, Y, Z multiples of 32,
-        of 16 in a draft.
+        condition : of ``voxels.rasterize`` on the grid, whose sides are multiples of 32, of 16
+        in a draft.
         latent : float32 ``(L, l, l, l)`` of :func:`draw_latent`; None is the deterministic answer.
         obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
         may reach into it.
@@ -84,14 +85,14 @@ class Generator:
         Raises ValueError for a shape that does not fit.
         """
         fine = grid.spacing < 1.5 * LOCAL_SPACING
-        if any(n % MULTIPLE[fine] for n in condition.shape[1:]):
+        if any(n % MULTIPLE[fine] for n in condition.shape):
             raise ValueError(
-                f"the grid must be a multiple of {MULTIPLE[fine]} cells, not {condition.shape[1:]}"
+                f"the grid must be a multiple of {MULTIPLE[fine]} cells, not {condition.shape}"
             )
-        if obstacle is not None and obstacle.shape != condition.shape[1:]:
-            raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape[1:]}")
+        if obstacle is not None and obstacle.shape != condition.shape:
+            raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape}")
         scale = float(self.header["velocity_scale"])
-        crossed = crossed_cells(torch.from_numpy(condition)[None]).scaled(scale, self.fastest)
+        crossed = Crossed.of(condition).scaled(scale, self.fastest)
         crossed = crossed.to(self.device)
         near = None
         if obstacle is not None:
@@ -167,4 +168,16 @@ def draw_latent(config: NetworkConfig, seed: int, variation: float) -> np.ndarra
         return None
     shape = (config.latent_channels, *(config.latent_cells,) * 3)
     normal = np.random.Generator(np.random.PCG64(seed)).standard_normal(shape)
-    return (variation * normal).astype(np.float32)
+    return (variation * one_for_all(normal)).astype(np.float32)
+
+
+def one_for_all(normal: Any) -> Any:
+    """Return latents ``(..., L, l, l, l)`` whose first half of channels is the same everywhere.
+
+    A few numbers for the splash as a whole, others for each part of it: among thousands of
+    numbers, the best of a few draws (IMLE) is hardly better than any, and nothing is learned.
+    normal : standard normal, NumPy or torch; changed in place.
+    """
+    whole = normal.shape[-4] // 2
+    normal[..., :whole, :, :, :] = normal[..., :whole, :1, :1, :1]
+    return normal

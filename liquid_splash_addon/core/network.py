@@ -210,7 +210,7 @@ class DetailNetwork(nn.Module):
     def forward(self, crossed: Crossed, draft: Draft) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``.
 
-        crossed : of a condition ``(B, 7, X, Y, Z)``; draft : of the same part of the box, at
+        crossed : of a condition ``(B, 16, X, Y, Z)``; draft : of the same part of the box, at
         half (output) and a quarter (features) of the resolution.
         """
         dtype = self.stem.weight.dtype
@@ -238,7 +238,7 @@ class SplashNetwork(nn.Module):
     ) -> Draft:
         """Return the draft of a whole box.
 
-        condition : ``(B, 7, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
+        condition : ``(B, 16, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
         part of its lattice that the box covers, None for the latent zero; obstacle :
         ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is none or it is
         not known.

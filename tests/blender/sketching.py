@@ -15,7 +15,7 @@ from liquid_splash_addon.blender import sketch as sketches
 from liquid_splash_addon.core.drawing import Drawing
 from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.voxels import VELOCITY
+from liquid_splash_addon.core.voxels import VELOCITY, Condition
 
 SIZE = 0.32
 """Real size of the tests' splashes, metres: what they find does not hang on the default."""
@@ -34,19 +34,19 @@ class TubeGenerator:
 
     def generate(
         self,
-        condition: np.ndarray,
+        condition: Condition,
         grid: Grid,
         latent: np.ndarray | None = None,
         obstacle: np.ndarray | None = None,
     ) -> Fields:
         """Return the tubes, as ``core.generator.Generator.generate`` returns a splash."""
         self.obstacle = obstacle
-        away, nearest = distance_transform_edt(condition[0] == 0, return_indices=True)
+        away, nearest = distance_transform_edt(~condition.drawn, return_indices=True)
         distance = gaussian_filter(away, 1.2) - self.radius * grid.shape[0] / 64
         if latent is not None:
             distance += zoom(latent[0], grid.shape[0] // latent.shape[1], order=1)
         distance = np.clip(distance, -AIR, AIR).astype(np.float32)
-        velocity = condition[VELOCITY][(slice(None), *nearest)] * (distance < AIR)
+        velocity = condition.dense()[VELOCITY][(slice(None), *nearest)] * (distance < AIR)
         return Fields(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.voxels import CHANNELS, SPANS, Condition
 
 
 def line(start, stop, speed=1.0, points=20) -> Stroke:
@@ -33,3 +34,11 @@ def fan(count=7, length=0.2) -> list[Stroke]:
 def moved(strokes, rotation, shift) -> list[Stroke]:
     """Return the strokes turned by ``rotation`` and moved by ``shift``."""
     return [Stroke(s.points @ rotation.T + shift, s.velocities @ rotation.T) for s in strokes]
+
+
+def sparse(cells: np.ndarray) -> Condition:
+    """Return a condition from all its cells ``(C, X, Y, Z)``; channels that miss are zero."""
+    full = np.zeros((CHANNELS, *cells.shape[1:]), dtype=np.float32)
+    full[: len(cells)] = cells
+    where = np.argwhere(full[0] + full[SPANS] > 0).astype(np.int32)
+    return Condition(where, full[:, *where.T].T.copy(), cells.shape[1:])

@@ -9,6 +9,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.condition import (  # noqa: E402
+    Crossed,
     closeness,
     crossed_cells,
     diffused_velocity,
@@ -29,14 +30,21 @@ from liquid_splash_addon.core.network import (  # noqa: E402
 )
 from liquid_splash_addon.core.pixel_shuffle import pixel_shuffle  # noqa: E402
 from liquid_splash_addon.core.precision import is_usable  # noqa: E402
-from liquid_splash_addon.core.voxels import PLACE, VELOCITY, rasterize  # noqa: E402
+from liquid_splash_addon.core.voxels import (  # noqa: E402
+    CHANNELS,
+    PLACE,
+    SPANS,
+    SPANS_VELOCITY,
+    VELOCITY,
+    rasterize,
+)
 from liquid_splash_addon.core.weights import (  # noqa: E402
     WeightsError,
     default_weights_path,
     load_generator,
     save_weights,
 )
-from tests.core.sketching import fan  # noqa: E402
+from tests.core.sketching import fan, sparse  # noqa: E402
 
 SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 HEADER = {
@@ -59,13 +67,22 @@ def small_network():
 
 
 def random_condition(cells, share=0.01):
-    """Return strokes of a sort, ``(1, 7, n, n, n)``."""
+    """Return strokes and spans of a sort, ``(1, 16, n, n, n)``."""
     rng = torch.Generator().manual_seed(1)
     shape = (1, 1, cells, cells, cells)
     crossed = (torch.rand(shape, generator=rng) < share).float()
     velocity = torch.randn(1, 3, *shape[2:], generator=rng)
     place = torch.rand(1, 3, *shape[2:], generator=rng) - 0.5
-    return crossed * torch.cat([torch.ones(shape), velocity, place], dim=1)
+    strokes = crossed * torch.cat([torch.ones(shape), velocity, place], dim=1)
+    spanned = (torch.rand(shape, generator=rng) < 4 * share).float()
+    spans = torch.rand(1, CHANNELS - SPANS, *shape[2:], generator=rng) - 0.5
+    spans[:, :3] += 0.5
+    return torch.cat([strokes, spanned * spans], dim=1)
+
+
+def nothing(grid):
+    """Return the condition of no strokes."""
+    return sparse(np.zeros((1, *grid.shape), np.float32))
 
 
 def test_unfolding_is_the_inverse_of_taking_every_second_cell():
@@ -107,13 +124,18 @@ def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
 
 
 def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
-    x = torch.zeros(1, 7, 4, 4, 4)
-    x[0, :, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
-    x[0, :, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
+    x = torch.zeros(1, CHANNELS, 4, 4, 4)
+    x[0, :SPANS, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
+    x[0, :SPANS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
+    x[0, SPANS:, 1, 1, 0] = torch.tensor([0.5, 1.0, 0.25, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5])
+    x[0, SPANS:, 1, 0, 0] = torch.tensor([0.25, 0.0, 0.75, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5])
     half = halved(crossed_cells(x))
     # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
-    assert half[0, :, 0, 0, 0].tolist() == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
-    assert half.abs().sum() == pytest.approx(7.75)
+    strokes, spans = half[0, :SPANS, 0, 0, 0].tolist(), half[0, SPANS:, 0, 0, 0].tolist()
+    assert strokes == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
+    # Of the spans: (1/2, 1/4, -1/2) and (1/2, -1/4, 0).
+    assert spans == pytest.approx([0.375, 0.5, 0.5, 1, 1, 2, 0.5, 0, -0.25])
+    assert half.abs().sum() == pytest.approx(sum(map(abs, strokes + spans)))
 
 
 def test_crossed_cells_are_the_whole_condition():
@@ -124,13 +146,20 @@ def test_crossed_cells_are_the_whole_condition():
     assert torch.equal(crossed.part(box).dense(), x[:, :, 2:10, :, 5:16])
 
 
+def velocities(crossed):
+    """Return the velocities of strokes and spans, ``(n, 2, 3)``."""
+    return torch.stack([crossed.values[:, which] for which in (VELOCITY, SPANS_VELOCITY)], dim=1)
+
+
 def test_only_fast_strokes_are_shortened_and_keep_their_direction():
     crossed = crossed_cells(random_condition(16, 0.05))
-    velocity, scaled = (c.values[:, VELOCITY] for c in (crossed, crossed.scaled(5.0, 1.5)))
-    speed = velocity.norm(dim=1, keepdim=True)
+    velocity, scaled = (velocities(c) for c in (crossed, crossed.scaled(5.0, 1.5)))
+    speed = velocity.norm(dim=2, keepdim=True)
     assert (speed > 1.5).any() and (speed < 1.5).any()
-    assert torch.allclose(scaled, velocity / speed * speed.clamp_max(1.5) / 5.0, atol=1e-6)
-    others = [c.values[:, PLACE] for c in (crossed, crossed.scaled(5.0, 1.5))]
+    assert torch.allclose(scaled, velocity * (1.5 / speed.clamp_min(1.5)) / 5.0, atol=1e-6)
+    others = [
+        c.values[:, (*range(4, 10), *range(13, 16))] for c in (crossed, crossed.scaled(5.0, 1.5))
+    ]
     assert torch.equal(*others)
 
 
@@ -141,10 +170,10 @@ def test_patches_of_few_cells_are_the_convolution_of_all():
         stem.bias.normal_()
         assert torch.allclose(patches(stem, crossed_cells(x)), stem(x), atol=1e-5)
     patches(stem, crossed_cells(x)).square().sum().backward()
-    sparse = stem.weight.grad.clone()
+    few = stem.weight.grad.clone()
     stem.weight.grad = None
     stem(x).square().sum().backward()
-    assert torch.allclose(sparse, stem.weight.grad, rtol=1e-4, atol=1e-4)
+    assert torch.allclose(few, stem.weight.grad, rtol=1e-4, atol=1e-4)
     empty = torch.zeros_like(x)
     assert torch.allclose(patches(stem, crossed_cells(empty)), stem(empty), atol=1e-6)
 
@@ -152,12 +181,15 @@ def test_patches_of_few_cells_are_the_convolution_of_all():
 def test_a_draft_sees_the_same_strokes_as_the_full_result():
     strokes = fan()
     fine, coarse = (rasterize(strokes, Grid.local(n)) for n in (128, 64))
-    half = halved(crossed_cells(torch.from_numpy(fine)[None]))[0].numpy()
+    half, coarse = halved(Crossed.of(fine))[0].numpy(), coarse.dense()
     assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
     speed = np.abs(coarse[VELOCITY]).max()
     crossed = coarse[:1] > 0
     assert np.abs(half[VELOCITY] - coarse[VELOCITY]).mean(where=crossed) < 0.05 * speed
     assert np.abs(half[PLACE] - coarse[PLACE]).mean(where=crossed) < 0.05
+    spanned = coarse[SPANS : SPANS + 1] > 0
+    assert np.array_equal(half[SPANS] > 0, coarse[SPANS] > 0) and spanned.any()
+    assert np.abs(half[SPANS:] - coarse[SPANS:]).mean(where=spanned) < 0.05
 
 
 def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
@@ -258,20 +290,19 @@ def test_generator_refuses_what_it_cannot_use():
     for spacing, multiple in ((2 * LOCAL_SPACING, 16), (LOCAL_SPACING, 32)):
         grid = Grid((multiple * 3 // 2, 32, 32), spacing, (0, 0, 0))
         with pytest.raises(ValueError, match=f"multiple of {multiple}"):
-            generator.generate(np.zeros((7, *grid.shape), np.float32), grid)
+            generator.generate(nothing(grid), grid)
     grid = Grid.local(32)
     with pytest.raises(ValueError, match="obstacle's grid"):
-        generator.generate(
-            np.zeros((7, 32, 32, 32), np.float32), grid, obstacle=np.zeros((16, 16, 16))
-        )
+        generator.generate(nothing(grid), grid, obstacle=np.zeros((16, 16, 16)))
 
 
 def test_full_result_is_the_whole_network_where_there_may_be_liquid():
     network = small_network()
     condition = random_condition(128, 0.001)[0].numpy()
-    fields = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local())
+    fields = Generator(network, HEADER, "", "cpu").generate(sparse(condition), Grid.local())
     scaled = torch.from_numpy(condition)[None].clone()
-    scaled[:, VELOCITY] /= 5.0
+    for which in (VELOCITY, SPANS_VELOCITY):
+        scaled[:, which] /= 5.0
     with torch.no_grad():
         expected = torch.sigmoid(network(scaled)[0, 0]).numpy()
     assert np.abs(fields.occupancy - expected).max() < 1e-3
@@ -282,21 +313,21 @@ def test_where_no_detail_is_worked_out_is_air():
     with torch.no_grad():
         network.coarse.head.weight[:8] = 0.0
         network.coarse.head.bias[:8] = -20.0  # no liquid, were it not for the strokes
-    condition = np.zeros((7, 128, 128, 128), np.float32)
+    condition = np.zeros((CHANNELS, 128, 128, 128), np.float32)
     condition[:, 100:110, 30:40, 64] = 1.0
-    fields = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local())
+    fields = Generator(network, HEADER, "", "cpu").generate(sparse(condition), Grid.local())
     near = np.zeros((128,) * 3, bool)
     near[88:124, 16:52, 52:80] = True  # the margin is 6 draft cells
     assert fields.grid == Grid.local()
     assert not fields.occupancy[~near].any() and not fields.velocity[:, ~near].any()
     assert (fields.distance[~near] == AIR).all()
     assert fields.occupancy[near].any() and fields.velocity[:, near].any()
-    empty = Generator(network, HEADER, "", "cpu").generate(0 * condition, Grid.local())
+    empty = Generator(network, HEADER, "", "cpu").generate(nothing(Grid.local()), Grid.local())
     assert empty.occupancy.max() < 0.5
 
 
 def test_half_precision_gives_nearly_the_same():
-    condition = random_condition(64)[0].numpy()
+    condition = sparse(random_condition(64)[0].numpy())
     exact, half = (
         Generator(small_network(), HEADER, "", "cpu", p).generate(condition, Grid.local(64))
         for p in ("float32", "bfloat16")
@@ -311,7 +342,7 @@ def test_eight_bits_give_nearly_the_same(precision, cells, seed):
     """With a seed too, whose latent makes features negative."""
     if not is_usable("cpu", precision):
         pytest.skip("no kernels for eight bits here")
-    condition = random_condition(cells, 0.001)[0].numpy()
+    condition = sparse(random_condition(cells, 0.001)[0].numpy())
     exact, rounded = (
         Generator(network, HEADER, "", "cpu", p).generate(
             condition, Grid.local(cells), None if seed is None else draw_latent(SMALL, seed, 1.0)
@@ -323,7 +354,7 @@ def test_eight_bits_give_nearly_the_same(precision, cells, seed):
 
 
 def test_threshold_is_taken_from_the_header():
-    network, condition = small_network(), random_condition(32)[0].numpy()
+    network, condition = small_network(), sparse(random_condition(32)[0].numpy())
     plain = Generator(network, HEADER, "", "cpu").generate(condition, Grid.local(32))
     header = {**HEADER, "thresholds": {"draft": 0.3, "detail": 0.5}}
     shifted = Generator(network, header, "", "cpu").generate(condition, Grid.local(32))

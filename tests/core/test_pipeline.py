@@ -66,12 +66,14 @@ def test_same_seed_same_mesh_and_other_seed_other_mesh(generator):
 
 
 @pytest.mark.parametrize("name", SKETCHES)
-def test_the_mesh_holds_the_occupied_volume(generator, name):
-    splash = make_splash(sketch(name), DRAFT, generator)
+@pytest.mark.parametrize(("resolution", "missing"), [("128", 0.05), ("64", 0.2)])
+def test_the_mesh_holds_the_occupied_volume(generator, name, resolution, missing):
+    """Drafts' sheets are one cell thick, and what smooths them takes more of that."""
+    splash = make_splash(sketch(name), replace(DRAFT, resolution=resolution), generator)
     a, b, c = (splash.mesh.vertices[splash.mesh.faces[:, n]].astype(float) for n in range(3))
     volume = (np.cross(a, b) * c).sum() / 6
     cell = splash.fields.grid.spacing / splash.frame.scale
-    assert volume / cell**3 == pytest.approx((splash.fields.occupancy > 0.5).sum(), rel=0.15)
+    assert volume / cell**3 == pytest.approx((splash.fields.occupancy > 0.5).sum(), rel=missing)
 
 
 @pytest.mark.parametrize("name", SKETCHES)

@@ -166,7 +166,7 @@ def test_every_template_is_nearest_to_itself(area):
 def test_a_letter_of_liquid_is_read_as_itself(letter):
     strokes = [Stroke(d.points, np.ones_like(d.points)) for d in letter_drawings(letter)]
     frame, grid = fit_frame(strokes, SIZE), Grid.local(64)
-    drawn = rasterize(frame.strokes_to_local(strokes), grid)[0] > 0
+    drawn = rasterize(frame.strokes_to_local(strokes), grid).drawn
     liquid = fields_of(distance_transform_edt(~drawn) - 1.8, grid)
     seen = shapes.seen_liquid(liquid, frame, PAGE_FRAME, letter_page(64)).any(axis=2)
     assert read_letter(seen) == letter

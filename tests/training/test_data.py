@@ -10,17 +10,17 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.alignment import fit_frame  # noqa: E402
-from liquid_splash_addon.core.condition import crossed_cells, halved  # noqa: E402
+from liquid_splash_addon.core.condition import Crossed, halved  # noqa: E402
 from liquid_splash_addon.core.fields import AIR  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
 from liquid_splash_addon.core.pipeline import Cancelled, make_splash  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
-from liquid_splash_addon.core.voxels import VELOCITY  # noqa: E402
+from liquid_splash_addon.core.voxels import SPANS, VELOCITY  # noqa: E402
 from training.dataset import (  # noqa: E402
     augmented_frame,
     held_out_sample,
     load_items,
-    sample_on,
+    samples_on,
     split_of,
 )
 from training.frames import (  # noqa: E402
@@ -146,19 +146,20 @@ def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path, cells: in
     with pytest.raises(Cancelled):
         make_splash(strokes, settings, recorder)
     assert recorder.grid == Grid.local(cells)
-    sample = sample_on(item.load(), item.spacing, strokes, fit_frame(strokes), recorder.grid)
-    assert sample.condition.tobytes() == recorder.condition.tobytes()
-    assert sample.condition.any()
+    sample = samples_on(item.load(), item.spacing, strokes, fit_frame(strokes), [recorder.grid])[0]
+    assert sample.condition.values.tobytes() == recorder.condition.values.tobytes()
+    assert sample.condition.where.tobytes() == recorder.condition.where.tobytes()
+    assert sample.condition.values[:, 0].any() and sample.condition.values[:, SPANS].any()
 
 
 def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
     for item in load_items(toy_data, "train"):
         sample, _ = held_out_sample(item, 64)
-        crossed = sample.condition[0] > 0
+        crossed = sample.condition.drawn
         assert np.median(sample.distance[crossed]) < 0
         assert (sample.distance[crossed] < 1.5).mean() > 0.95
         wet = crossed & (sample.distance < 0)
-        drawn, there = sample.condition[VELOCITY, wet], sample.velocity[:, wet]
+        drawn, there = sample.condition.dense()[VELOCITY, wet], sample.velocity[:, wet]
         cosine = (drawn * there).sum(0) / (
             np.linalg.norm(drawn, axis=0) * np.linalg.norm(there, axis=0)
         )
@@ -173,7 +174,7 @@ def test_distance_does_not_depend_on_the_frame(toy_data: Path):
     volumes = []
     for _ in range(3):
         frame = augmented_frame(fit_frame(strokes), strokes, rng)
-        sample = sample_on(item.load(), item.spacing, strokes, frame, Grid.local(64))
+        sample = samples_on(item.load(), item.spacing, strokes, frame, [Grid.local(64)])[0]
         volumes.append((sample.distance < 0).sum())
     assert np.ptp(volumes) < 0.1 * np.mean(volumes)
 
@@ -184,11 +185,11 @@ def test_lessons_are_drawn_anew_and_in_range(toy_data: Path):
     first, second = lessons[0], lessons[len(items)]
     for lesson in (first, second):
         for part, spacing in ((lesson.box, 0.4 / 32), (lesson.part, 0.4 / 64)):
-            assert part.condition.shape == (7, 32, 32, 32) and part.condition.any()
+            assert part.condition.shape == (32, 32, 32) and part.condition.values.any()
             assert part.velocity.shape == (3, 32, 32, 32)
             assert np.abs(part.distance).max() <= AIR
             assert part.grid.spacing == pytest.approx(spacing)
-    assert not np.array_equal(first.box.condition, second.box.condition)
+    assert not np.array_equal(first.box.condition.where, second.box.condition.where)
 
 
 def test_a_sample_is_the_same_whoever_draws_it(toy_data: Path):
@@ -210,8 +211,8 @@ def test_the_part_is_where_the_lesson_says(toy_data: Path):
         lesson = lessons[number]
         assert all(s % 4 == 0 for s in lesson.start)
         here = tuple(slice(s // 2, s // 2 + 16) for s in lesson.start)
-        half = halved(crossed_cells(torch.from_numpy(lesson.part.condition)[None]))[0].numpy()
-        seen = lesson.box.condition[(slice(None), *here)]
+        half = halved(Crossed.of(lesson.part.condition))[0].numpy()
+        seen = lesson.box.condition.dense()[(slice(None), *here)]
         assert np.array_equal(seen[0], half[0])
         wet = (lesson.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))
         box = lesson.box.distance[here] < 0

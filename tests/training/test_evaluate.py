@@ -16,7 +16,7 @@ from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from tests.training.answering import Slabs  # noqa: E402
 from training import ceiling, evaluate  # noqa: E402
-from training.answers import latents_for  # noqa: E402
+from training.answers import BASELINES, latents_for  # noqa: E402
 from training.baselines import NearestExample, trace_sketches  # noqa: E402
 from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
 from training.dataset import load_items  # noqa: E402
@@ -288,8 +288,8 @@ def test_the_command_measures_models_side_by_side(
         assert picture.size == (4 * 52 - 4, 48 + 12)
     written = json.loads(out.read_text(), parse_constant=pytest.fail)
     assert set(written) == {"about", "64", "32"}
-    assert set(written["64"]) == {"ours", "dilated_strokes", "nearest"}
-    assert set(written["32"]) == {"ours", "coarse", "dilated_strokes", "nearest"}
+    assert set(written["64"]) == {"ours", *BASELINES}
+    assert set(written["32"]) == {"ours", "coarse", *BASELINES}
     row = written["32"]["ours"]
     assert row["iou"] == written["32"]["coarse"]["iou"]
     assert row["iou_over_twin"] == pytest.approx(row["iou"] / 0.5)

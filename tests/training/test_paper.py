@@ -13,6 +13,7 @@ torch = pytest.importorskip("torch")
 from torch.utils.flop_counter import FlopCounterMode  # noqa: E402
 
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
+from tests.core.sketching import sparse  # noqa: E402
 from training import paper_learner  # noqa: E402
 from training.losses import VELOCITY_SCALE, Batch  # noqa: E402
 from training.metrics import iou  # noqa: E402
@@ -269,21 +270,21 @@ def test_a_run_is_loaded_for_use(tmp_path: Path):
     condition[1:] *= VELOCITY_SCALE
     given, grid = condition.copy(), Grid.local(CELLS)
     loaded = load_paper(tmp_path)
-    fields = loaded.generate(condition, grid)
+    fields = loaded.generate(sparse(condition), grid)
     expected = learner.predict(batch)[0].numpy()
     assert np.array_equal(condition, given)
     np.testing.assert_allclose(fields.occupancy, expected[0], atol=1e-5)
     np.testing.assert_allclose(fields.velocity, VELOCITY_SCALE * expected[1:], atol=1e-4)
     np.testing.assert_allclose(fields.phi, fields.occupancy, atol=1e-6)
     assert fields.grid == grid and fields.distance.dtype == np.float32
-    other = loaded.generate(condition, grid, latent=np.ones(3, np.float32))
+    other = loaded.generate(sparse(condition), grid, latent=np.ones(3, np.float32))
     assert not np.allclose(other.occupancy, fields.occupancy, atol=1e-5)
     loaded.threshold = 0.3
-    shifted = loaded.generate(condition, grid)
+    shifted = loaded.generate(sparse(condition), grid)
     assert np.array_equal(shifted.occupancy > 0.5, fields.occupancy > 0.3)
     np.testing.assert_allclose(shifted.phi, shifted.occupancy, atol=1e-6)
     with pytest.raises(ValueError, match=f"trained on {CELLS}"):
-        loaded.generate(np.zeros((4, 32, 32, 32), np.float32), Grid.local(32))
+        loaded.generate(sparse(np.zeros((4, 32, 32, 32), np.float32)), Grid.local(32))
 
 
 def test_another_models_run_is_refused(tmp_path: Path):

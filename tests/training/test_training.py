@@ -12,14 +12,16 @@ torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
+from liquid_splash_addon.core.voxels import CHANNELS  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
 from training import train as train_module  # noqa: E402
-from training.baselines import best_radius, stroke_distance  # noqa: E402
+from training.answers import BASELINES  # noqa: E402
+from training.baselines import best_radius, distance_to  # noqa: E402
 from training.dataset import load_items  # noqa: E402
 from training.losses import Cells, sample_losses  # noqa: E402
 from training.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
-from training.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
+from training.splash_learner import SplashConfig, SplashLearner, cut, latent_shape  # noqa: E402
 from training.stream import Lessons, Wish, stream  # noqa: E402
 from training.train import Run, TrainConfig, train  # noqa: E402
 
@@ -165,9 +167,9 @@ def test_velocity_metrics_of_a_turned_flow():
 
 
 def test_the_radius_of_a_thick_line_is_found():
-    condition = np.zeros((4, 24, 24, 24), np.float32)
-    condition[0, 4:20, 12, 12] = 1
-    distance = stroke_distance(condition)
+    drawn = np.zeros((24, 24, 24), bool)
+    drawn[4:20, 12, 12] = True
+    distance = distance_to(drawn)
     assert best_radius([distance], [distance <= 3.0]) == pytest.approx(3.0, abs=0.25)
 
 
@@ -191,7 +193,7 @@ def test_the_whole_chain(toy_data: Path, tmp_path: Path, run_command):
     written = json.loads(figures.read_text())
     assert written["about"]["weights_hash"] == load_generator(weights, "CPU").weights_hash
     found = written["32"]
-    assert set(found) == {"ours", "dilated_strokes", "nearest"}
+    assert set(found) == {"ours", "dilated_strokes", "dilated_spans", "nearest"}
     for row in found.values():
         assert 0 <= row["iou"] <= 1
     assert found["dilated_strokes"]["iou"] > 0
@@ -209,12 +211,28 @@ def test_the_mean_of_two_networks_is_half_way():
         export.average_with(one, SplashNetwork(NetworkConfig()))
 
 
+def test_scaled_latents_do_what_smaller_ones_did():
+    network = SplashNetwork(SHAPE).eval()
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(0.1 * torch.randn(parameter.shape))
+    condition = torch.zeros(1, CHANNELS, 32, 32, 32)
+    condition[:, :4, 8:20, 16, 16] = 1
+    latent = torch.randn(1, *latent_shape(SHAPE))
+    with torch.no_grad():
+        plain, expected = (network.draft(condition, z).output for z in (None, 0.5 * latent))
+        export.scale_latents(network, 0.5)
+        assert torch.allclose(network.draft(condition, latent).output, expected, atol=1e-5)
+        assert torch.equal(network.draft(condition).output, plain)
+    assert not torch.allclose(plain, expected, atol=1e-3)
+
+
 def test_export_without_a_run_says_what_to_do(toy_data: Path, tmp_path: Path, run_command, capsys):
     assert run_command(export.main, tmp_path / "none", "--data", toy_data) == 1
     assert "training.train" in capsys.readouterr().err
 
 
-def test_published_figures_are_those_of_the_bundled_weights_and_beat_both_baselines():
+def test_published_figures_are_those_of_the_bundled_weights_and_beat_the_baselines():
     root = Path(__file__).resolve().parents[2]
     published = json.loads((root / "docs" / "results" / "accuracy.json").read_text())
     generator = load_generator(device="CPU")
@@ -222,7 +240,7 @@ def test_published_figures_are_those_of_the_bundled_weights_and_beat_both_baseli
     assert generator.header["figures"]["128"] == published["128"]
     for cells in ("64", "128"):
         rows = published[cells]
-        assert rows["ours"]["iou"] > max(rows["dilated_strokes"]["iou"], rows["nearest"]["iou"])
+        assert rows["ours"]["iou"] > max(rows[name]["iou"] for name in BASELINES)
 
 
 def test_default_size_is_the_median_of_training():

@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sheets that strokes suggest: curved patches between neighbouring strokes.
+
+A splash is thin sheets, and a stroke tells of a line of one. Which strokes lie side by side on a
+sheet is a matter of the whole sketch, hard for convolutions to find and easy for geometry: the
+triangles between points of the strokes whose smallest circumscribed ball holds no other point
+(Gabriel complex), curved as the strokes around them say (PN triangles, Vlachos et al. 2001). The
+networks are shown them beside the strokes and learn which to believe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from .grid import LOCAL_SPACING
+from .strokes import Stroke, resample
+
+WIDEST = 0.08
+"""Radius of the ball around the widest triangle, metres: half of those of 0.05 to 0.1 that it
+would allow lie in no liquid, nearly all below 0.02 do."""
+
+STEP = 0.006
+"""Metres between the points of a stroke."""
+
+MOST_POINTS = 1500
+"""Of all strokes; they are farther apart where there would be more."""
+
+SMOOTHED = 0.008
+"""Metres along a stroke over which its normals are averaged."""
+
+FILLED = 0.75 * LOCAL_SPACING
+"""Distance of the samples on a triangle, metres."""
+
+BLUR = 1e-5
+"""Metres by which points are moved at random: strokes in a plane or on a sphere have no unique
+triangles."""
+
+VALUES = 6
+
+
+class Spans(NamedTuple):
+    """Samples of the sheets between strokes, dense enough to reach each cell that they cross.
+
+    points : float32 ``(n, 3)``, metres; values : float32 ``(n, 6)``: closeness (1 where strokes
+    touch, 0 where the ball between them has the radius WIDEST), fairness (cosine of the angle
+    between the triangle and the sheet that the others at its corners suggest), coherence (1
+    where its corners have one velocity), and the velocity, as the strokes'.
+    """
+
+    points: np.ndarray
+    values: np.ndarray
+
+
+class Knots(NamedTuple):
+    """Points of all strokes.
+
+    points, velocities : float64 ``(n, 3)``; stroke : int ``(n,)``, which one it is of; step :
+    metres between those of a stroke.
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    stroke: np.ndarray
+    step: float
+
+
+def span(strokes: Sequence[Stroke]) -> Spans:
+    """Return samples of the sheets between ``strokes`` (local metres, m/s)."""
+    knots = knots_of(strokes)
+    triangles, radii = gabriel_triangles(knots.points, WIDEST)
+    if not len(triangles):
+        return Spans(np.zeros((0, 3), np.float32), np.zeros((0, VALUES), np.float32))
+    faces = _normals(knots.points, triangles)
+    normals, sure = knot_normals(knots, triangles, radii, faces)
+    quality = qualities(knots, triangles, radii, faces, normals)
+    return Spans(*_fill(knots.points, knots.velocities, triangles, normals, sure, quality, FILLED))
+
+
+def knots_of(strokes: Sequence[Stroke]) -> Knots:
+    """Return points of the strokes, STEP apart, a little out of place."""
+    step = max(STEP, sum(stroke.length for stroke in strokes) / MOST_POINTS)
+    fine = [resample(stroke, step) for stroke in strokes]
+    points = np.concatenate([stroke.points for stroke in fine]).astype(np.float64)
+    points += np.random.default_rng(0).normal(0, BLUR, points.shape)
+    velocities = np.concatenate([stroke.velocities for stroke in fine]).astype(np.float64)
+    which = np.repeat(np.arange(len(fine)), [len(stroke.points) for stroke in fine])
+    return Knots(points, velocities, which, step)
+
+
+def gabriel_triangles(points: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles ``(m, 3)`` of ``points`` whose smallest ball is empty, and its radius.
+
+    They are faces of the Delaunay tetrahedra, and a ball is empty if it is so of the corners
+    opposite. points : float64 ``(n, 3)``; widest : radius of the largest ball.
+    """
+    from scipy.spatial import Delaunay, QhullError
+
+    none = np.zeros((0, 3), dtype=np.int64), np.zeros(0)
+    if len(points) < 5:
+        return none
+    try:
+        tetrahedra = Delaunay(points).simplices.astype(np.int64)
+    except QhullError:  # all points in one place
+        return none
+    tetrahedra.sort(axis=1)
+    faces = np.concatenate([np.delete(tetrahedra, corner, axis=1) for corner in range(4)])
+    opposite = tetrahedra.T.ravel()
+    full, radii = _holds(points, faces, opposite)
+    key = (faces[:, 0] * len(points) + faces[:, 1]) * len(points) + faces[:, 2]
+    _, first, face = np.unique(key, return_index=True, return_inverse=True)
+    kept = first[(np.bincount(face, weights=full) == 0) & (radii[first] < widest)]
+    return faces[kept], radii[kept]
+
+
+@njit(cache=True)
+def _holds(points, faces, opposite):
+    """Return whether the smallest ball through each face's corners holds the point opposite."""
+    full = np.zeros(len(faces))
+    radii = np.empty(len(faces))
+    for n in range(len(faces)):
+        a, p = points[faces[n, 0]], points[opposite[n]]
+        u, v = points[faces[n, 1]] - a, points[faces[n, 2]] - a
+        uu, vv, uv = np.dot(u, u), np.dot(v, v), np.dot(u, v)
+        area = max(2 * (uu * vv - uv * uv), 1e-30)
+        s, t = vv * (uu - uv) / area, uu * (vv - uv) / area
+        centre = s * u + t * v
+        square = np.dot(centre, centre)
+        away = p - a - centre
+        radii[n] = np.sqrt(square)
+        full[n] = np.dot(away, away) < square * (1 - 1e-9)
+    return full, radii
+
+
+@njit(cache=True)
+def _normals(points, triangles):
+    """Return unit normals ``(m, 3)``."""
+    normals = np.empty((len(triangles), 3))
+    for n in range(len(triangles)):
+        a = points[triangles[n, 0]]
+        normal = np.cross(points[triangles[n, 1]] - a, points[triangles[n, 2]] - a)
+        normals[n] = normal / max(np.sqrt(np.dot(normal, normal)), 1e-30)
+    return normals
+
+
+def knot_normals(
+    knots: Knots, triangles: np.ndarray, radii: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sheet's normal at each knot ``(n, 3)``, of either sign, and how sure it is, 0..1.
+
+    The main axis of the normals of the triangles there and a little along the stroke, each by
+    its angle and closeness: signs do not matter, and of sheets that cross the closest counts.
+    """
+    spread = _spread(knots.points, triangles, radii, faces)
+    spread = _along(spread, knots.stroke, SMOOTHED / knots.step)
+    values, axes = np.linalg.eigh(spread)
+    sure = (values[:, 2] - values[:, 1]) / np.maximum(values[:, 2], 1e-30)
+    return np.ascontiguousarray(axes[:, :, 2]), sure
+
+
+@njit(cache=True)
+def _spread(points, triangles, radii, faces):
+    """Return the sum of the outer products of the normals at each point ``(n, 3, 3)``."""
+    spread = np.zeros((len(points), 3, 3))
+    for n in range(len(triangles)):
+        for i in range(3):
+            corner = triangles[n, i]
+            u = points[triangles[n, (i + 1) % 3]] - points[corner]
+            v = points[triangles[n, (i + 2) % 3]] - points[corner]
+            lengths = np.sqrt(np.dot(u, u) * np.dot(v, v))
+            angle = np.arccos(min(max(np.dot(u, v) / max(lengths, 1e-30), -1.0), 1.0))
+            for a in range(3):
+                for b in range(3):
+                    spread[corner, a, b] += angle / radii[n] * faces[n, a] * faces[n, b]
+    return spread
+
+
+@njit(cache=True)
+def _along(spread, stroke, width):
+    """Return ``(n, 3, 3)`` averaged along each stroke, by a Gaussian of ``width`` knots."""
+    smooth = np.zeros_like(spread)
+    reach = int(np.ceil(3 * width))
+    for n in range(len(spread)):
+        for m in range(max(n - reach, 0), min(n + reach + 1, len(spread))):
+            if stroke[m] == stroke[n]:
+                smooth[n] += np.exp(-0.5 * ((m - n) / width) ** 2) * spread[m]
+    return smooth
+
+
+def qualities(
+    knots: Knots, triangles: np.ndarray, radii: np.ndarray, faces: np.ndarray, normals: np.ndarray
+) -> np.ndarray:
+    """Return closeness, fairness and coherence of each triangle ``(m, 3)``, see :class:`Spans`."""
+    fair = np.abs(np.einsum("nic,nc->ni", normals[triangles], faces)).min(axis=1)
+    flow = knots.velocities[triangles]  # (m, corner, 3)
+    apart = np.linalg.norm(flow - np.roll(flow, 1, axis=1), axis=2).max(axis=1)
+    speed = np.linalg.norm(flow.mean(axis=1), axis=1)
+    coherent = np.exp(-apart / np.maximum(speed, 1e-6))
+    return np.stack([1 - radii / WIDEST, fair, coherent], axis=1)
+
+
+def _fill(points, velocities, triangles, normals, sure, quality, step):
+    """Return samples of all patches, at most ``step`` apart: points ``(n, 3)``, values ``(n, 6)``.
+
+    Rows run from the corner opposite the shortest edge to that edge.
+    """
+    turned, rows = _turn(points, triangles, step)
+    total = _count(points, turned, rows, step)
+    where = np.empty((total, 3), dtype=np.float32)
+    values = np.empty((total, VALUES), dtype=np.float32)
+    _sample(points, velocities, turned, rows, normals, sure, quality, step, where, values)
+    return where, values
+
+
+@njit(cache=True)
+def _edge(points, a, b):
+    d = points[a] - points[b]
+    return np.sqrt(np.dot(d, d))
+
+
+@njit(cache=True)
+def _turn(points, triangles, step):
+    """Return the triangles with the shortest edge last, and the rows that each needs."""
+    turned = triangles.copy()
+    rows = np.empty(len(triangles), dtype=np.int64)
+    for n in range(len(triangles)):
+        best, first = np.inf, 0
+        for i in range(3):
+            edge = _edge(points, triangles[n, (i + 1) % 3], triangles[n, (i + 2) % 3])
+            if edge < best:
+                best, first = edge, i
+        for i in range(3):
+            turned[n, i] = triangles[n, (first + i) % 3]
+        longest = max(
+            _edge(points, turned[n, 0], turned[n, 1]), _edge(points, turned[n, 0], turned[n, 2])
+        )
+        rows[n] = int(np.ceil(longest / step))
+    return turned, rows
+
+
+@njit(cache=True)
+def _columns(points, turned, rows, row, step):
+    """Return the steps that a row of a triangle needs."""
+    width = _edge(points, turned[1], turned[2]) * row / rows
+    return int(np.ceil(width / step))
+
+
+@njit(cache=True)
+def _count(points, turned, rows, step):
+    total = 0
+    for n in range(len(turned)):
+        for row in range(rows[n] + 1):
+            total += _columns(points, turned[n], rows[n], row, step) + 1
+    return total
+
+
+@njit(cache=True)
+def _sample(points, velocities, turned, rows, normals, sure, quality, step, where, values):
+    control = np.empty((7, 3))
+    at = 0
+    for n in range(len(turned)):
+        _controls(points, turned[n], normals, sure, control)
+        p, q, r = points[turned[n, 0]], points[turned[n, 1]], points[turned[n, 2]]
+        f = velocities[turned[n, 0]]
+        g, h = velocities[turned[n, 1]], velocities[turned[n, 2]]
+        for row in range(rows[n] + 1):
+            columns = _columns(points, turned[n], rows[n], row, step)
+            for column in range(columns + 1):
+                w = 1 - row / rows[n]
+                v = (1 - w) * (column / max(columns, 1))
+                u = 1 - w - v
+                for a in range(3):
+                    where[at, a] = (
+                        p[a] * w**3 + q[a] * u**3 + r[a] * v**3
+                        + 3 * w * u * (control[0, a] * w + control[1, a] * u)
+                        + 3 * w * v * (control[2, a] * w + control[3, a] * v)
+                        + 3 * u * v * (control[4, a] * u + control[5, a] * v)
+                        + 6 * control[6, a] * w * u * v
+                    )  # fmt: skip
+                    values[at, a] = quality[n, a]
+                    values[at, 3 + a] = w * f[a] + u * g[a] + v * h[a]
+                at += 1
+
+
+@njit(cache=True)
+def _controls(points, corners, normals, sure, control):
+    """Set the control points of a PN triangle (their eq. 3): six on the edges, one inside."""
+    control[6] = 0
+    k = 0
+    for i in range(3):
+        for j in range(i + 1, 3):
+            for first, second in ((corners[i], corners[j]), (corners[j], corners[i])):
+                normal = normals[first]
+                edge = points[second] - points[first]
+                off = sure[first] * np.dot(edge, normal)
+                control[k] = points[first] + (edge - off * normal) / 3
+                control[6] += control[k] / 4
+                k += 1
+    for i in range(3):
+        control[6] -= points[corners[i]] / 6
