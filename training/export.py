@@ -115,7 +115,7 @@ def main() -> int:
         "local_spacing": LOCAL_SPACING,
         "velocity_scale": VELOCITY_SCALE,
         "channels": {
-            "in": ["occupancy", "velocity", "place", "obstacle"],
+            "in": ["occupancy", "velocity", "place", "spans", "obstacle"],
             "out": ["logit", "distance", "velocity"],
         },
         "thresholds": {"draft": 0.5, "detail": 0.5},
@@ -123,6 +123,7 @@ def main() -> int:
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
         "training": state["training"],
+        "latent_scale": args.latent_scale,
         "mean": bool(args.mean_with),
         **sketch_statistics(choose(training, 200)),
         "figures": json.loads(args.figures.read_text()) if args.figures else {},
