@@ -83,7 +83,7 @@ def local_lines(drawings: Sequence[Drawing], splash: Splash) -> list[Stroke]:
 
 def stroke_cells(drawings: Sequence[Drawing], splash: Splash) -> np.ndarray:
     """Return the cells of the splash's grid that drawings cross, bool ``(X, Y, Z)``."""
-    return np.asarray(rasterize(local_lines(drawings, splash), splash.fields.grid).drawn)
+    return rasterize(local_lines(drawings, splash), splash.fields.grid).drawn
 
 
 def silhouette(splash: Splash) -> np.ndarray:
