@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import torch
@@ -78,10 +79,12 @@ class Crossed(NamedTuple):
         air : ``(C,)``, where every sum begins. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
         """
         batch, x, y, z = self.where.unbind(1)
-        sides = (n // 2 for n in self.shape[1:])
-        sums = air.to(values.dtype).expand(self.shape[0], *sides, -1)
-        sums = sums.index_put((batch, x // 2, y // 2, z // 2), values, accumulate=True)
-        return sums.permute(0, 4, 1, 2, 3)
+        sides = [n // 2 for n in self.shape[1:]]
+        cell = ((batch * sides[0] + x // 2) * sides[1] + y // 2) * sides[2] + z // 2
+        sums = air.to(values.dtype).repeat(self.shape[0] * math.prod(sides), 1)
+        # Not index_put: its threads add in any order, and a seed would not give one splash.
+        sums = sums.index_add(0, cell, values)
+        return sums.unflatten(0, (self.shape[0], *sides)).permute(0, 4, 1, 2, 3)
 
 
 def crossed_cells(condition: Tensor) -> Crossed:
