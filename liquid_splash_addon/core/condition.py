@@ -84,7 +84,7 @@ class Crossed(NamedTuple):
         sums = air.to(values.dtype).repeat(self.shape[0] * math.prod(sides), 1)
         # Not index_put: its threads add in any order, and a seed would not give one splash.
         sums = sums.index_add(0, cell, values)
-        return sums.unflatten(0, (self.shape[0], *sides)).permute(0, 4, 1, 2, 3)
+        return sums.view(self.shape[0], *sides, -1).permute(0, 4, 1, 2, 3)
 
 
 def crossed_cells(condition: Tensor) -> Crossed:
