@@ -26,7 +26,7 @@ from .dataset import Item, choose, held_out_sample, load_items, scenes_digest
 from .losses import VELOCITY_SCALE
 
 THRESHOLDS = np.linspace(0.2, 0.5, 16)
-"""Not above even odds: a sheet a cell thick loses volume in meshing there, for hardly any IoU."""
+"""Not above even odds: sheets would lose liquid there, for hardly any IoU."""
 
 
 def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:

@@ -108,6 +108,21 @@ def test_a_sheet_two_cells_thick_stays_whole():
     assert is_closed(mesh)
 
 
+@pytest.mark.parametrize("sure", [0.6, 0.8, 0.99])
+@pytest.mark.parametrize("sides", [(1, 1, 1), (1, 9, 1), (1, 9, 9)])
+def test_what_is_one_cell_thick_is_not_blurred_away(sides, sure):
+    occupancy = np.zeros(GRID.shape, np.float32)
+    occupancy[tuple(slice(12, 12 + n) for n in sides)] = sure
+    still = np.zeros((3, *GRID.shape), np.float32)
+    mesh = surface(
+        Fields(occupancy, np.where(occupancy > 0.5, -1, 1).astype(np.float32), still, GRID)
+    )
+    assert is_closed(mesh)
+    low, high = GRID.cell_of(mesh.vertices).min(0), GRID.cell_of(mesh.vertices).max(0)
+    assert (low >= 11).all() and (high <= 12 + np.array(sides)).all()
+    assert 0 < signed_volume(mesh) < 1.1 * np.prod(sides) * GRID.spacing**3
+
+
 def test_a_part_is_put_into_air():
     part = ball()
     whole = part.within(Grid((40, 48, 36), GRID.spacing, (0.0, 0.0, 0.0)), (4, 10, 0))
