@@ -79,7 +79,6 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     velocity : ``(3, X, Y, Z)``, m/s.
     """
     from scipy.ndimage import gaussian_filter
-    from skimage.measure import marching_cubes
 
     box = liquid_box(level)
     if box is None:
@@ -87,29 +86,50 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     bounded = np.pad(np.clip(level[box], -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
     padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
     padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
-    iso = matched_zero(bounded, padded)
-    # marching_cubes puts vertex coordinates at array indices: cell centres, one cell padded on.
-    # "descent" because the liquid lies below the level: normals then point outward.
-    vertices, faces, _, _ = marching_cubes(padded, iso, gradient_direction="descent")
+    iso = level_of_volume(bounded, padded)
+    if padded.min() >= iso:
+        return Mesh.empty()
+    vertices, faces = marched(padded, iso)
+    # Vertex coordinates are array indices: cell centres, one cell padded on.
     cells = smooth(vertices, faces) - 0.5 + [side.start for side in box]
     velocities = sample_field(velocity, cells)
     points = grid.to_metres(cells).astype(np.float32)
     return Mesh(points, faces.astype(np.int32), velocities)
 
 
-def matched_zero(level: np.ndarray, blurred: np.ndarray) -> float:
-    """Return the value of ``blurred`` that has as many cells below it as ``level`` has below zero.
+def marched(level: np.ndarray, iso: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices ``(n, 3)`` and faces ``(m, 3)`` where ``level`` is ``iso``, a manifold.
 
-    A blurred sheet or drop loses cells to the air around it; taken at this value, not at zero,
-    it keeps as many as it had. Between two cells it moves as zero does between those of
-    ``level``, so that it is continuous in a threshold. Some cells are below zero, some above.
+    In sheets thinner than a cell, marching cubes may join four faces in an edge. Nearer to zero
+    there is less of them; zero, where the sheets are torn, has the last word.
     """
-    count = int(np.count_nonzero(level < 0))
-    last, following = level[level < 0].max(), level[level >= 0].min()
-    values = np.partition(blurred.ravel(), count - 1)
-    low, others = values[count - 1], values[count:]
-    high = others[others > low].min()
-    return float(low + (high - low) * (-last / (following - last)))
+    from skimage.measure import marching_cubes
+
+    while True:
+        # "descent" because the liquid lies below the level: normals then point outward.
+        vertices, faces, _, _ = marching_cubes(level, iso, gradient_direction="descent")
+        if edge_counts(faces, len(vertices)).data.max() == 1 or iso == 0 or level.min() >= 0:
+            return vertices, faces
+        iso = iso / 2 if abs(iso) > 0.05 else 0.0
+
+
+def level_of_volume(level: np.ndarray, blurred: np.ndarray) -> float:
+    """Return the value of ``blurred`` below which there is as much as below zero of ``level``.
+
+    A blurred sheet or drop loses liquid to the air around it; taken at this value, not at zero,
+    it keeps what it had. A cell is full half a cell below the surface and empty half a cell above.
+    """
+    from scipy.optimize import brentq
+
+    volume = _filled(level[level < 0.5])
+    near = blurred[blurred < LEVEL_BAND]
+    return float(
+        brentq(lambda iso: _filled(near - iso) - volume, -LEVEL_BAND, LEVEL_BAND, xtol=1e-4)
+    )
+
+
+def _filled(level: np.ndarray) -> float:
+    return float(np.clip(0.5 - level, 0.0, 1.0).sum(dtype=np.float64))
 
 
 def smooth(
@@ -135,12 +155,21 @@ def smooth(
 
 def neighbour_mean(faces: np.ndarray, count: int) -> csr_matrix:
     """Return the matrix that gives each vertex the mean of its neighbours, ``(count, count)``."""
-    from scipy.sparse import coo_matrix, diags
+    from scipy.sparse import diags
+
+    links = edge_counts(faces, count)
+    return diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
+
+
+def edge_counts(faces: np.ndarray, count: int) -> csr_matrix:
+    """Return how many faces run along each edge in each direction, ``(count, count)``.
+
+    Once wherever a closed mesh is a manifold.
+    """
+    from scipy.sparse import coo_matrix
 
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
-    # Every edge of a closed mesh is met once in each direction.
-    links = coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()
-    return diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
+    return coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()
 
 
 def surface_level(fields: Fields, threshold: float) -> np.ndarray:

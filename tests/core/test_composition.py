@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
 from liquid_splash_addon.core.alignment import Frame
 from liquid_splash_addon.core.blending import united
-from liquid_splash_addon.core.blocks import SIDE, joined
+from liquid_splash_addon.core.blocks import SHARP, SIDE, joined
 from liquid_splash_addon.core.composition import compose
 from liquid_splash_addon.core.contact import push_out
 from liquid_splash_addon.core.grid import Grid
@@ -168,7 +168,8 @@ def test_blocks_meet_without_cracks():
     whole = blocks.whole()
     expected, triangles, _, _ = marching_cubes(whole.level, 0.0, gradient_direction="descent")
     assert len(points) == len(expected) and len(faces) == len(triangles)
-    assert cKDTree(expected).query(points)[0].max() < 0.05
+    # Where the surface runs along an edge of the grid, a vertex may be anywhere on it.
+    assert np.abs(map_coordinates(whole.level, points.T, order=1)).max() < 2 * SHARP
     assert is_closed(faces)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from liquid_splash_addon.core import crossing
+from liquid_splash_addon.core import crossing, meshing
 from liquid_splash_addon.core.crossing import crossing_faces, take_back
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.meshing import Mesh, level_surface
@@ -65,8 +65,10 @@ def meshed(level: np.ndarray) -> Mesh:
     return level_surface(level, np.zeros((3, *level.shape), dtype=np.float32), grid)
 
 
-@pytest.mark.parametrize("shape", [cones, tangle])
-def test_smoothing_lets_no_faces_cross(shape, monkeypatch):
+@pytest.mark.parametrize(("shape", "thin"), [(cones, True), (tangle, True), (tangle, False)])
+def test_smoothing_lets_no_faces_cross(shape, thin, monkeypatch):
+    if thin:  # cones as thick as their cells keep apart by themselves
+        monkeypatch.setattr(meshing, "level_of_volume", lambda level, blurred: 0.0)
     mesh = meshed(shape())
     assert crossing_by_pymeshlab(mesh.vertices, mesh.faces) == 0
     assert is_manifold(mesh.faces)
