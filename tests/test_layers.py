@@ -15,7 +15,9 @@ BLENDER_ONLY = {"bpy", "bmesh", "mathutils", "gpu", "blf"}
 # Installed, the add-on is bl_ext.<repository>.liquid_splash: it cannot know itself by name.
 NEVER = {"training", "liquid_splash_addon"}
 # The network itself. All else must import where torch is missing, for the add-on to say so.
-TORCH_MODULES = {"condition", "generator", "network", "pixel_shuffle", "precision", "quantized"}
+TORCH_MODULES = {
+    "condition", "generator", "network", "pixel_shuffle", "precision", "quantized", "span_judge",
+}  # fmt: skip
 
 
 def absolute_imports(path: Path) -> set[str]:

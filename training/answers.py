@@ -13,8 +13,9 @@ import torch
 from tqdm import tqdm
 
 from liquid_splash_addon.core.fields import Fields
-from liquid_splash_addon.core.generator import Generator, draw_latent
+from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.latent import draw_latent
 from liquid_splash_addon.core.precision import PRECISIONS
 from liquid_splash_addon.core.voxels import Condition
 from liquid_splash_addon.core.weights import load_generator

@@ -7,6 +7,7 @@ python -m training.export RUN --data DATA
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import sys
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ import torch
 from liquid_splash_addon.core.generator import Generator
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
+from liquid_splash_addon.core.span_judge import judge_path
 from liquid_splash_addon.core.weights import default_weights_path, load_generator, save_weights
 
 from .answers import best_threshold
@@ -120,6 +122,7 @@ def main() -> int:
         },
         "thresholds": {"draft": 0.5, "detail": 0.5},
         "data_hash": scenes_digest(training).hexdigest(),
+        "spans_hash": hashlib.sha256(judge_path().read_bytes()).hexdigest(),
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
         "training": state["training"],

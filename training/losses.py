@@ -24,7 +24,7 @@ NEAR = 8
 class Cells(NamedTuple):
     """Condition and truth on one grid. B samples of X x Y x Z cells.
 
-    condition : ``(B, 16, X, Y, Z)``, velocity over the velocity scale
+    condition : ``(B, 18, X, Y, Z)``, velocity over the velocity scale
     distance : ``(B, X, Y, Z)`` cells, +-AIR
     velocity : ``(B, 3, X, Y, Z)`` over the velocity scale
     """

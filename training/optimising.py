@@ -129,3 +129,15 @@ def parameter_groups(
         else:
             weights.append(parameter)
     return inside, weights, others
+
+
+@torch.no_grad()
+def follow(average: nn.Module, network: nn.Module, decay: float, steps: int) -> None:
+    """Move the averaged weights towards those of ``network``, trained for ``steps`` steps.
+
+    decay : what is kept of the average at each step (EMA); less at first.
+    """
+    keep = min(decay, steps / (steps + 10))
+    mine: list[Tensor] = list(average.parameters())
+    new: list[Tensor] = list(network.parameters())
+    torch._foreach_lerp_(mine, new, 1 - keep)

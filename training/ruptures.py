@@ -26,22 +26,30 @@ LEAST = 8
 
 GROUPS = 3
 
+COUNTS = ("pieces", "holes")
+
+DRAWS = 200  # of the bootstrap
+
 
 def figures(item: Item) -> dict[str, float]:
     """Return the figures of one frame.
 
-    speed : mean of its strokes', m/s; pieces : of LEAST cells or more; holes : through the
-    liquid; surface : share of its cells that have an empty neighbour; time : s after impact.
+    speed : mean of its strokes', m/s; size : root mean square of their distance from their centre,
+    m; pieces : of LEAST cells or more; holes : through the liquid; surface : share of its cells
+    that have an empty neighbour; time : s after impact; seed : the scene's.
     """
     sample, strokes = held_out_sample(item, LOCAL_CELLS)
     liquid = sample.distance < 0
     speeds = np.concatenate([np.linalg.norm(s.velocities, axis=1) for s in strokes])
+    points = np.concatenate([s.points for s in strokes])
     return {
         "speed": float(speeds.mean()),
+        "size": float(np.sqrt(points.var(axis=0).sum())),
         "pieces": float(len(pieces(liquid, LEAST))),
         "holes": float(tunnels(liquid)),
         "surface": len(surface_cells(liquid)) / max(int(liquid.sum()), 1),
         "time": item.time,
+        "seed": item.seed,
     }
 
 
@@ -50,6 +58,49 @@ def by_speed(rows: Sequence[dict[str, float]], groups: int = GROUPS) -> list[dic
     ordered = sorted(rows, key=lambda row: row["speed"])
     parts = np.array_split(np.arange(len(ordered)), groups)
     return [{**average([ordered[i] for i in part]), "frames": len(part)} for part in parts]
+
+
+def slope(rows: Sequence[dict[str, float]], name: str, given: Sequence[str]) -> float:
+    """Return by how much a figure rises where the strokes are e times as fast, by least squares.
+
+    name : of the figure; counts are taken as log(1 + count). given : figures held constant.
+    """
+    values = np.array([row[name] for row in rows])
+    if name in COUNTS:
+        values = np.log1p(values)
+    known = [np.log([row[key] for row in rows]) for key in ("speed", *given)]
+    columns = np.stack([np.ones(len(rows)), *known], axis=1)
+    return float(np.linalg.lstsq(columns, values, rcond=None)[0][1])
+
+
+def slope_and_error(
+    rows: Sequence[dict[str, float]], name: str, given: Sequence[str]
+) -> tuple[float, float]:
+    """Return :func:`slope` and its standard error, by drawing whole scenes anew (bootstrap)."""
+    scenes: dict[float, list[dict[str, float]]] = {}
+    for row in rows:
+        scenes.setdefault(row["seed"], []).append(row)
+    groups, rng = list(scenes.values()), np.random.default_rng(0)
+    drawn = [
+        slope(
+            [row for i in rng.integers(len(groups), size=len(groups)) for row in groups[i]],
+            name,
+            given,
+        )
+        for _ in range(DRAWS)
+    ]
+    return slope(rows, name, given), float(np.std(drawn))
+
+
+def slopes(rows: Sequence[dict[str, float]]) -> dict[str, dict[str, tuple[float, float]]]:
+    """Return slope and error of each figure, over all sketches and among those of one size."""
+    return {
+        name: {
+            "all": slope_and_error(rows, name, ()),
+            "of one size": slope_and_error(rows, name, ("size",)),
+        }
+        for name in (*COUNTS, "surface")
+    }
 
 
 def main() -> int:
@@ -64,7 +115,8 @@ def main() -> int:
     except ValueError as error:
         print(error, file=sys.stderr)
         return 1
-    print(json.dumps(by_speed([figures(item) for item in tqdm(items, unit="frame")]), indent=1))
+    rows = [figures(item) for item in tqdm(items, unit="frame")]
+    print(json.dumps({"by speed": by_speed(rows), "slopes": slopes(rows)}, indent=1))
     return 0
 
 

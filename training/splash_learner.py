@@ -8,16 +8,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from liquid_splash_addon.core.condition import crossed_cells
-from liquid_splash_addon.core.generator import one_for_all
+from liquid_splash_addon.core.latent import candidates
 from liquid_splash_addon.core.network import Draft, Encoding, NetworkConfig, SplashNetwork
 
 from .learning import Learner
 from .losses import Batch, sample_losses
-from .optimising import Optimiser
+from .optimising import Optimiser, follow
 from .parallel import average_gradients
 
 
@@ -29,7 +30,7 @@ class SplashConfig:
     weight_decay: float = 1e-2
     average: float = 0.998  # of the weights (EMA), per step
     imle_from: float = 0.5  # share of the run after which latents are trained
-    candidates: int = 4  # latents tried for each sample; the best is trained (conditional IMLE)
+    candidates: int = 8  # latents tried for each sample; the best is trained (conditional IMLE)
     deterministic: float = 0.33  # share of batches with latent zero, then
 
 
@@ -79,7 +80,7 @@ class SplashLearner(Learner):
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)
         self.optimiser.step(rate)
         self.steps += 1
-        self.follow()
+        follow(self.average, self.network, self.config.average, self.steps)
         return {name: float(loss.detach()) for name, loss in losses.items()}
 
     def autocast(self) -> torch.autocast:
@@ -103,18 +104,17 @@ class SplashLearner(Learner):
     def choose_latent(self, encoding: Encoding, batch: Batch, progress: float) -> Tensor | None:
         """Return the latent to train each sample with, ``(B, L, l, l, l)``; None is zero.
 
-        Of some random ones, the one whose draft is nearest the truth (conditional IMLE).
+        Of some as seeds in a row have, the one whose draft is nearest the truth (conditional IMLE).
         """
         lot = torch.rand((), generator=self.random).item()
         if progress < self.config.imle_from or lot < self.config.deterministic:
             return None
-        shape = (len(batch.distance), *latent_shape(self.network.config))
-        tries = torch.stack(
-            [
-                one_for_all(torch.randn(shape, generator=self.random))
-                for _ in range(self.config.candidates)
-            ]
-        ).to(self.device)
+        rng = np.random.default_rng(int(torch.randint(2**62, (), generator=self.random)))
+        each = [
+            candidates(self.network.config, self.config.candidates, rng)
+            for _ in range(len(batch.distance))
+        ]
+        tries = torch.from_numpy(np.stack(each, axis=1)).to(self.device)  # (K, B, L, l, l, l)
         with torch.no_grad():
             losses = [
                 sample_losses(self.network.coarse.decode(encoding, z).output.float(), batch.box)
@@ -122,13 +122,6 @@ class SplashLearner(Learner):
             ]
         best = torch.stack(losses).argmin(0)
         return tries[best, torch.arange(len(best), device=best.device)]
-
-    @torch.no_grad()
-    def follow(self) -> None:
-        """Move the averaged weights towards the trained ones."""
-        keep = min(self.config.average, self.steps / (self.steps + 10))
-        mine, new = list(self.average.parameters()), list(self.network.parameters())
-        torch._foreach_lerp_(mine, new, 1 - keep)
 
     def finish(self, batches: Iterator[Batch]) -> None:
         """Nothing is left to do: there are no statistics to settle."""
@@ -162,11 +155,6 @@ class SplashLearner(Learner):
         self.optimiser.load_state_dict(state["optimiser"])
         self.random.set_state(state["random"].cpu())
         self.steps = state["steps"]
-
-
-def latent_shape(config: NetworkConfig) -> tuple[int, int, int, int]:
-    """Return the shape of one latent, over the whole local box."""
-    return (config.latent_channels, *(config.latent_cells,) * 3)
 
 
 def cut(x: Tensor, start: Tensor, size: int) -> Tensor:

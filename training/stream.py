@@ -85,11 +85,16 @@ def random_part(
     return full.crop((x, y, z), (wish.crop,) * 3), (x, y, z)
 
 
-def draw_lesson(item: Item, stored: StoredFrame, wish: Wish, rng: np.random.Generator) -> Lesson:
-    """Return a random sample of a frame."""
+def draw_sketch(item: Item, stored: StoredFrame, rng: np.random.Generator) -> list[Stroke]:
+    """Return the strokes of a random sketch of a frame."""
     lines = trace_frame(stored, item.spacing, rng, SEEDS, parts=rng.random() < PARTLY)
     counts = DENSE if rng.random() < DENSE_SHARE else STROKES_IN_TRAINING
-    strokes = draw_strokes(lines, rng, counts, jitter=True)
+    return draw_strokes(lines, rng, counts, jitter=True)
+
+
+def draw_lesson(item: Item, stored: StoredFrame, wish: Wish, rng: np.random.Generator) -> Lesson:
+    """Return a random sample of a frame."""
+    strokes = draw_sketch(item, stored, rng)
     frame = augmented_frame(fit_frame(strokes), strokes, rng)
     grids, start = [Grid.local(wish.cells)], (0, 0, 0)
     if wish.crop:

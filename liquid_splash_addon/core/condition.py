@@ -29,7 +29,7 @@ SPARSE = 1e-4
 class Crossed(NamedTuple):
     """The cells of a condition that strokes or their spans cross: few, so work on them is free.
 
-    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 16)``, the condition there; shape : of
+    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 18)``, the condition there; shape : of
     the batch, ``(B, X, Y, Z)``.
     """
 
@@ -44,7 +44,7 @@ class Crossed(NamedTuple):
         return cls(where, torch.from_numpy(condition.values), (1, *condition.shape))
 
     def dense(self) -> Tensor:
-        """Return the condition, ``(B, 16, X, Y, Z)``, channels last."""
+        """Return the condition, ``(B, 18, X, Y, Z)``, channels last."""
         batch, x, y, z = self.where.unbind(1)
         cells = self.values.new_zeros(*self.shape, self.values.shape[1])
         return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
@@ -88,7 +88,7 @@ class Crossed(NamedTuple):
 
 
 def crossed_cells(condition: Tensor) -> Crossed:
-    """Return the crossed cells of ``(B, 16, X, Y, Z)``."""
+    """Return the crossed cells of ``(B, 18, X, Y, Z)``."""
     where = (condition[:, 0] + condition[:, SPANS]).nonzero()
     batch, x, y, z = where.unbind(1)
     return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
@@ -97,7 +97,7 @@ def crossed_cells(condition: Tensor) -> Crossed:
 def halved(crossed: Crossed) -> Tensor:
     """Return the condition on cells twice as large: crossed if one of eight is, mean of the rest.
 
-    The result is ``(B, 16, X / 2, Y / 2, Z / 2)``.
+    The result is ``(B, 18, X / 2, Y / 2, Z / 2)``.
     """
     values = torch.cat([crossed.values, (crossed.values[:, SPANS, None] > 0).float()], dim=1)
     octant = crossed.where[:, 1:] % 2 - 0.5
@@ -121,7 +121,7 @@ def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
     The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
     """
     assert stem.bias is not None
-    kernels = stem.weight.permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 16, C)
+    kernels = stem.weight.permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
     eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
     order = eighth.argsort()
     groups = torch.bincount(eighth, minlength=8).tolist()

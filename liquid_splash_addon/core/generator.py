@@ -78,7 +78,8 @@ class Generator:
 
         condition : of ``voxels.rasterize`` on the grid, whose sides are multiples of 32, of 16
         in a draft.
-        latent : float32 ``(L, l, l, l)`` of :func:`draw_latent`; None is the deterministic answer.
+        latent : float32 ``(L, l, l, l)`` of ``latent.draw_latent``; None is the deterministic
+        answer.
         obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
         may reach into it.
 
@@ -156,28 +157,3 @@ def take(x: Tensor, box: tuple[slice, ...]) -> Tensor:
 def grown(box: tuple[slice, ...], factor: float) -> tuple[slice, ...]:
     """Return the box on cells ``factor`` times as many."""
     return tuple(slice(int(s.start * factor), int(s.stop * factor)) for s in box)
-
-
-def draw_latent(config: NetworkConfig, seed: int, variation: float) -> np.ndarray | None:
-    """Return the latent of ``seed``, float32 ``(L, l, l, l)``, standard normal times ``variation``.
-
-    The lattice spans the local box, whatever the resolution, device or crop. Variation 0 gives
-    None, the deterministic answer.
-    """
-    if variation == 0:
-        return None
-    shape = (config.latent_channels, *(config.latent_cells,) * 3)
-    normal = np.random.Generator(np.random.PCG64(seed)).standard_normal(shape)
-    return (variation * one_for_all(normal)).astype(np.float32)
-
-
-def one_for_all(normal: Any) -> Any:
-    """Return latents ``(..., L, l, l, l)`` whose first half of channels is the same everywhere.
-
-    A few numbers for the splash as a whole, others for each part of it: among thousands of
-    numbers, the best of a few draws (IMLE) is hardly better than any, and nothing is learned.
-    normal : standard normal, NumPy or torch; changed in place.
-    """
-    whole = normal.shape[-4] // 2
-    normal[..., :whole, :, :, :] = normal[..., :whole, :1, :1, :1]
-    return normal

@@ -138,8 +138,8 @@ class Draft(NamedTuple):
 class DraftNetwork(nn.Module):
     """A residual 3D U-Net: condition and latent -> logit, distance, velocity of the whole box.
 
-    The encoder sees no latent, so one encoding serves several latents. The latent enters the
-    decoder's two coarsest levels.
+    The encoder sees no latent, so one encoding serves several latents. The latent enters every
+    level of the decoder.
     """
 
     def __init__(self, config: NetworkConfig) -> None:
@@ -153,7 +153,7 @@ class DraftNetwork(nn.Module):
         self.ups = nn.ModuleList(convolution(coarse, fine, 1) for fine, coarse in pairs)
         self.decoder = nn.ModuleList(map(blocks, widths[:-1], config.decoder_blocks))
         self.modulations = nn.ModuleList(
-            Modulation(config.latent_channels, width) for width in widths[-3:-1]
+            Modulation(config.latent_channels, width) for width in widths[:-1]
         )
         self.head = silent(convolution(widths[0], 8 * OUTPUT_CHANNELS, 1))
 
@@ -177,12 +177,11 @@ class DraftNetwork(nn.Module):
         takes long to carry so few crossed cells through the liquid.
         """
         x = encoding.features[-1]
-        first = len(self.decoder) - len(self.modulations)
         for level in reversed(range(len(self.decoder))):
             x = F.interpolate(self.ups[level](x), scale_factor=2, mode="nearest")
             x = F.relu(x + encoding.features[level])
-            if latent is not None and level >= first:
-                x = self.modulations[level - first](x, latent)
+            if latent is not None:
+                x = self.modulations[level](x, latent)
             x = self.decoder[level](x)
         shape, flow = torch.split(pixel_shuffle(self.head(x)).float(), [2, 3], dim=1)
         return Draft(torch.cat([shape, flow + encoding.flow], dim=1), x)
@@ -210,7 +209,7 @@ class DetailNetwork(nn.Module):
     def forward(self, crossed: Crossed, draft: Draft) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``.
 
-        crossed : of a condition ``(B, 16, X, Y, Z)``; draft : of the same part of the box, at
+        crossed : of a condition ``(B, 18, X, Y, Z)``; draft : of the same part of the box, at
         half (output) and a quarter (features) of the resolution.
         """
         dtype = self.stem.weight.dtype
@@ -238,7 +237,7 @@ class SplashNetwork(nn.Module):
     ) -> Draft:
         """Return the draft of a whole box.
 
-        condition : ``(B, 16, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
+        condition : ``(B, 18, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
         part of its lattice that the box covers, None for the latent zero; obstacle :
         ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is none or it is
         not known.

@@ -12,6 +12,7 @@ import numpy as np
 from .alignment import Frame, fit_frame
 from .fields import Fields
 from .grid import Grid
+from .latent import draw_latent
 from .meshing import Mesh, surface
 from .reach import within_reach
 from .settings import SplashSettings
@@ -90,8 +91,6 @@ def make_splash(
     frame : the stored frame of an earlier splash; by default one is fitted to the strokes.
     Raises StrokeError, with advice, where no splash can be made.
     """
-    from .generator import draw_latent
-
     report = report or (lambda stage, share: None)
     report("Reading strokes", 0.0)
     frame = prepare_frame(strokes, settings, frame)

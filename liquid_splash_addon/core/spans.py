@@ -4,8 +4,9 @@
 A splash is thin sheets, and a stroke tells of a line of one. Which strokes lie side by side on a
 sheet is a matter of the whole sketch, hard for convolutions to find and easy for geometry: the
 triangles between points of the strokes whose smallest circumscribed ball holds no other point
-(Gabriel complex), curved as the strokes around them say (PN triangles, Vlachos et al. 2001). The
-networks are shown them beside the strokes and learn which to believe.
+(Gabriel complex), curved as the strokes around them say (PN triangles, Vlachos et al. 2001). How
+likely each lies in liquid is judged by a graph network (``span_judge``), and the generator is shown
+both beside the strokes.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .grid import LOCAL_SPACING
 from .strokes import Stroke, resample
 
 WIDEST = 0.08
@@ -32,23 +32,22 @@ MOST_POINTS = 1500
 SMOOTHED = 0.008
 """Metres along a stroke over which its normals are averaged."""
 
-FILLED = 0.75 * LOCAL_SPACING
-"""Distance of the samples on a triangle, metres."""
-
 BLUR = 1e-5
 """Metres by which points are moved at random: strokes in a plane or on a sphere have no unique
 triangles."""
 
-VALUES = 6
+QUALITIES = 5
+"""Of a span: closeness, fairness, coherence, and the two of ``span_judge``."""
 
 
 class Spans(NamedTuple):
     """Samples of the sheets between strokes, dense enough to reach each cell that they cross.
 
-    points : float32 ``(n, 3)``, metres; values : float32 ``(n, 6)``: closeness (1 where strokes
+    points : float32 ``(n, 3)``, metres; values : float32 ``(n, 8)``: closeness (1 where strokes
     touch, 0 where the ball between them has the radius WIDEST), fairness (cosine of the angle
     between the triangle and the sheet that the others at its corners suggest), coherence (1
-    where its corners have one velocity), and the velocity, as the strokes'.
+    where its corners have one velocity), how likely the triangle lies in liquid and how likely
+    within a cell of it, and the velocity, as the strokes'.
     """
 
     points: np.ndarray
@@ -68,16 +67,34 @@ class Knots(NamedTuple):
     step: float
 
 
+class Patches(NamedTuple):
+    """The triangles between knots.
+
+    triangles : int ``(m, 3)``; radii : ``(m,)`` of their balls; faces : their unit normals
+    ``(m, 3)``; quality : closeness, fairness, coherence ``(m, 3)``, see :class:`Spans`; normals,
+    sure : ``(n, 3)`` and ``(n,)`` of the knots, see :func:`knot_normals`.
+    """
+
+    triangles: np.ndarray
+    radii: np.ndarray
+    faces: np.ndarray
+    quality: np.ndarray
+    normals: np.ndarray
+    sure: np.ndarray
+
+
 def span(strokes: Sequence[Stroke]) -> Spans:
     """Return samples of the sheets between ``strokes`` (local metres, m/s)."""
+    from .span_filling import fill
+    from .span_graph import graph_of
+    from .span_judge import bundled_judge
+
     knots = knots_of(strokes)
-    triangles, radii = gabriel_triangles(knots.points, WIDEST)
-    if not len(triangles):
-        return Spans(np.zeros((0, 3), np.float32), np.zeros((0, VALUES), np.float32))
-    faces = _normals(knots.points, triangles)
-    normals, sure = knot_normals(knots, triangles, radii, faces)
-    quality = qualities(knots, triangles, radii, faces, normals)
-    return Spans(*_fill(knots.points, knots.velocities, triangles, normals, sure, quality, FILLED))
+    patches = patches_of(knots)
+    if not len(patches.triangles):
+        return Spans(np.zeros((0, 3), np.float32), np.zeros((0, QUALITIES + 3), np.float32))
+    judged = bundled_judge().judge(graph_of(knots, patches))
+    return fill(knots, patches, np.hstack([patches.quality, judged]))
 
 
 def knots_of(strokes: Sequence[Stroke]) -> Knots:
@@ -89,6 +106,15 @@ def knots_of(strokes: Sequence[Stroke]) -> Knots:
     velocities = np.concatenate([stroke.velocities for stroke in fine]).astype(np.float64)
     which = np.repeat(np.arange(len(fine)), [len(stroke.points) for stroke in fine])
     return Knots(points, velocities, which, step)
+
+
+def patches_of(knots: Knots) -> Patches:
+    """Return the triangles that ``knots`` span."""
+    triangles, radii = gabriel_triangles(knots.points, WIDEST)
+    faces = _normals(knots.points, triangles)
+    normals, sure = knot_normals(knots, triangles, radii, faces)
+    quality = qualities(knots, triangles, radii, faces, normals)
+    return Patches(triangles, radii, faces, quality, normals, sure)
 
 
 def gabriel_triangles(points: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -200,104 +226,3 @@ def qualities(
     speed = np.linalg.norm(flow.mean(axis=1), axis=1)
     coherent = np.exp(-apart / np.maximum(speed, 1e-6))
     return np.stack([1 - radii / WIDEST, fair, coherent], axis=1)
-
-
-def _fill(points, velocities, triangles, normals, sure, quality, step):
-    """Return samples of all patches, at most ``step`` apart: points ``(n, 3)``, values ``(n, 6)``.
-
-    Rows run from the corner opposite the shortest edge to that edge.
-    """
-    turned, rows = _turn(points, triangles, step)
-    total = _count(points, turned, rows, step)
-    where = np.empty((total, 3), dtype=np.float32)
-    values = np.empty((total, VALUES), dtype=np.float32)
-    _sample(points, velocities, turned, rows, normals, sure, quality, step, where, values)
-    return where, values
-
-
-@njit(cache=True)
-def _edge(points, a, b):
-    d = points[a] - points[b]
-    return np.sqrt(np.dot(d, d))
-
-
-@njit(cache=True)
-def _turn(points, triangles, step):
-    """Return the triangles with the shortest edge last, and the rows that each needs."""
-    turned = triangles.copy()
-    rows = np.empty(len(triangles), dtype=np.int64)
-    for n in range(len(triangles)):
-        best, first = np.inf, 0
-        for i in range(3):
-            edge = _edge(points, triangles[n, (i + 1) % 3], triangles[n, (i + 2) % 3])
-            if edge < best:
-                best, first = edge, i
-        for i in range(3):
-            turned[n, i] = triangles[n, (first + i) % 3]
-        longest = max(
-            _edge(points, turned[n, 0], turned[n, 1]), _edge(points, turned[n, 0], turned[n, 2])
-        )
-        rows[n] = int(np.ceil(longest / step))
-    return turned, rows
-
-
-@njit(cache=True)
-def _columns(points, turned, rows, row, step):
-    """Return the steps that a row of a triangle needs."""
-    width = _edge(points, turned[1], turned[2]) * row / rows
-    return int(np.ceil(width / step))
-
-
-@njit(cache=True)
-def _count(points, turned, rows, step):
-    total = 0
-    for n in range(len(turned)):
-        for row in range(rows[n] + 1):
-            total += _columns(points, turned[n], rows[n], row, step) + 1
-    return total
-
-
-@njit(cache=True)
-def _sample(points, velocities, turned, rows, normals, sure, quality, step, where, values):
-    control = np.empty((7, 3))
-    at = 0
-    for n in range(len(turned)):
-        _controls(points, turned[n], normals, sure, control)
-        p, q, r = points[turned[n, 0]], points[turned[n, 1]], points[turned[n, 2]]
-        f = velocities[turned[n, 0]]
-        g, h = velocities[turned[n, 1]], velocities[turned[n, 2]]
-        for row in range(rows[n] + 1):
-            columns = _columns(points, turned[n], rows[n], row, step)
-            for column in range(columns + 1):
-                w = 1 - row / rows[n]
-                v = (1 - w) * (column / max(columns, 1))
-                u = 1 - w - v
-                for a in range(3):
-                    where[at, a] = (
-                        p[a] * w**3 + q[a] * u**3 + r[a] * v**3
-                        + 3 * w * u * (control[0, a] * w + control[1, a] * u)
-                        + 3 * w * v * (control[2, a] * w + control[3, a] * v)
-                        + 3 * u * v * (control[4, a] * u + control[5, a] * v)
-                        + 6 * control[6, a] * w * u * v
-                    )  # fmt: skip
-                    values[at, a] = quality[n, a]
-                    values[at, 3 + a] = w * f[a] + u * g[a] + v * h[a]
-                at += 1
-
-
-@njit(cache=True)
-def _controls(points, corners, normals, sure, control):
-    """Set the control points of a PN triangle (their eq. 3): six on the edges, one inside."""
-    control[6] = 0
-    k = 0
-    for i in range(3):
-        for j in range(i + 1, 3):
-            for first, second in ((corners[i], corners[j]), (corners[j], corners[i])):
-                normal = normals[first]
-                edge = points[second] - points[first]
-                off = sure[first] * np.dot(edge, normal)
-                control[k] = points[first] + (edge - off * normal) / 3
-                control[6] += control[k] / 4
-                k += 1
-    for i in range(3):
-        control[6] -= points[corners[i]] / 6

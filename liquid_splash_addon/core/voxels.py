@@ -13,13 +13,13 @@ from .grid import LOCAL_SPACING, Grid
 from .spans import Spans, span
 from .strokes import Stroke, resampled_points
 
-CHANNELS = 16
+CHANNELS = 18
 VELOCITY, PLACE = slice(1, 4), slice(4, 7)
 SPANS = 7
-SPANS_VELOCITY, SPANS_PLACE = slice(10, 13), slice(13, 16)
+SPANS_VELOCITY, SPANS_PLACE = slice(12, 15), slice(15, 18)
 """Channels of a condition. The first seven are of the strokes: occupancy, velocity, place; the
-others of the sheets that they span: closeness (0 where there is none), fairness, coherence,
-velocity, place. The paper's condition has the first four."""
+others of the sheets that they span: closeness (0 where there is none), fairness, coherence, how
+likely they are in liquid and near it, velocity, place. The paper's condition has the first four."""
 
 TIGHT = 4
 """Power of the closeness by which the sheets in a cell are weighted: the closest prevails."""
@@ -28,7 +28,7 @@ TIGHT = 4
 class Condition(NamedTuple):
     """What strokes and their spans tell of a grid: of the cells that they cross, one in a hundred.
 
-    where : int32 ``(n, 3)``, the cells; values : float32 ``(n, 16)``; shape : of the grid.
+    where : int32 ``(n, 3)``, the cells; values : float32 ``(n, 18)``; shape : of the grid.
     """
 
     where: np.ndarray
@@ -51,7 +51,7 @@ class Condition(NamedTuple):
         return cells
 
     def dense(self) -> np.ndarray:
-        """Return all cells, float32 ``(16, X, Y, Z)``, zero where nothing crosses."""
+        """Return all cells, float32 ``(18, X, Y, Z)``, zero where nothing crosses."""
         cells = np.zeros((*self.shape, CHANNELS), dtype=np.float32)
         cells[tuple(self.where.T)] = self.values
         return np.moveaxis(cells, 3, 0)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .generator import Generator
     from .network import SplashNetwork
 
-FORMAT = "liquid-splash-generator-5"
+FORMAT = "liquid-splash-generator-6"
 
 REQUIRED = (
     "network", "velocity_scale", "fastest", "thresholds", "local_cells", "local_spacing",

@@ -20,9 +20,9 @@ from liquid_splash_addon.core.fields import AIR, settle  # noqa: E402
 from liquid_splash_addon.core.generator import (  # noqa: E402
     Generator,
     bounding_box,
-    draw_latent,
 )
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
+from liquid_splash_addon.core.latent import draw_latent  # noqa: E402
 from liquid_splash_addon.core.network import (  # noqa: E402
     Draft,
     NetworkConfig,
@@ -67,7 +67,7 @@ def small_network():
 
 
 def random_condition(cells, share=0.01):
-    """Return strokes and spans of a sort, ``(1, 16, n, n, n)``."""
+    """Return strokes and spans of a sort, ``(1, 18, n, n, n)``."""
     rng = torch.Generator().manual_seed(1)
     shape = (1, 1, cells, cells, cells)
     crossed = (torch.rand(shape, generator=rng) < share).float()
@@ -127,14 +127,14 @@ def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
     x = torch.zeros(1, CHANNELS, 4, 4, 4)
     x[0, :SPANS, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
     x[0, :SPANS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
-    x[0, SPANS:, 1, 1, 0] = torch.tensor([0.5, 1.0, 0.25, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5])
-    x[0, SPANS:, 1, 0, 0] = torch.tensor([0.25, 0.0, 0.75, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5])
+    x[0, SPANS:, 1, 1, 0] = torch.tensor([0.5, 1.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5])
+    x[0, SPANS:, 1, 0, 0] = torch.tensor([0.25, 0.0, 0.75, 0.0, 0.25, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5])
     half = halved(crossed_cells(x))
     # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
     strokes, spans = half[0, :SPANS, 0, 0, 0].tolist(), half[0, SPANS:, 0, 0, 0].tolist()
     assert strokes == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
     # Of the spans: (1/2, 1/4, -1/2) and (1/2, -1/4, 0).
-    assert spans == pytest.approx([0.375, 0.5, 0.5, 1, 1, 2, 0.5, 0, -0.25])
+    assert spans == pytest.approx([0.375, 0.5, 0.5, 0.25, 0.5, 1, 1, 2, 0.5, 0, -0.25])
     assert half.abs().sum() == pytest.approx(sum(map(abs, strokes + spans)))
 
 
@@ -158,7 +158,7 @@ def test_only_fast_strokes_are_shortened_and_keep_their_direction():
     assert (speed > 1.5).any() and (speed < 1.5).any()
     assert torch.allclose(scaled, velocity * (1.5 / speed.clamp_min(1.5)) / 5.0, atol=1e-6)
     others = [
-        c.values[:, (*range(4, 10), *range(13, 16))] for c in (crossed, crossed.scaled(5.0, 1.5))
+        c.values[:, (*range(4, 12), *range(15, 18))] for c in (crossed, crossed.scaled(5.0, 1.5))
     ]
     assert torch.equal(*others)
 
@@ -276,13 +276,6 @@ def test_bundled_weights_fit_the_grid_and_the_size_limit():
     generator = load_generator(device="CPU")
     assert generator.header["local_spacing"] == LOCAL_SPACING
     assert default_weights_path().stat().st_size <= 25e6
-
-
-def test_latents_are_reproducible_and_scaled():
-    first, same, other = (draw_latent(SMALL, seed, 1.0) for seed in (1, 1, 2))
-    assert (first == same).all() and not (first == other).any()
-    assert np.allclose(draw_latent(SMALL, 1, 0.5), 0.5 * first)
-    assert draw_latent(SMALL, 1, 0.0) is None
 
 
 def test_generator_refuses_what_it_cannot_use():

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core import span_filling
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
-from liquid_splash_addon.core.spans import MOST_POINTS, STEP, WIDEST, knots_of, span
+from liquid_splash_addon.core.spans import MOST_POINTS, QUALITIES, STEP, WIDEST, knots_of, span
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import SPANS, rasterize
 
@@ -40,7 +41,9 @@ def test_two_strokes_side_by_side_span_the_strip_between():
     # The ball between them has a radius of 15 mm.
     assert np.median(values[:, 0]) == pytest.approx(1 - 0.015 / WIDEST, abs=0.02)
     assert values[:, 1].min() > 0.99 and values[:, 2].min() > 0.99
-    np.testing.assert_allclose(values[:, 3:], np.tile([1.0, 0.0, 0.0], (len(values), 1)), atol=1e-5)
+    np.testing.assert_allclose(
+        values[:, QUALITIES:], np.tile([1.0, 0.0, 0.0], (len(values), 1)), atol=1e-5
+    )
 
 
 def test_strokes_too_far_apart_span_nothing():
@@ -83,11 +86,11 @@ def test_a_patch_across_the_sheet_is_less_fair():
 def test_opposed_strokes_are_not_coherent():
     there, back = lines(0.0)[0], lines(0.03)[0]
     _, values = span([there, Stroke(back.points, -back.velocities)])
-    mixed = np.abs(values[:, 3]) < 0.9  # not along one stroke
+    mixed = np.abs(values[:, QUALITIES]) < 0.9  # not along one stroke
     assert mixed.any() and values[mixed, 2].max() < 0.01
     _, values = span([there, Stroke(back.points, 1.5 * back.velocities)])
     assert 0.5 < np.median(values[:, 2]) < 0.9
-    assert values[:, 3].min() > 0.99 and values[:, 3].max() < 1.51
+    assert values[:, QUALITIES].min() > 0.99 and values[:, QUALITIES].max() < 1.51
 
 
 def test_spans_turn_with_the_strokes():
@@ -121,7 +124,7 @@ def test_spans_are_the_same_at_every_call():
 def test_any_strokes_will_do(strokes):
     points, values = span(strokes)
     assert np.isfinite(points).all() and np.isfinite(values).all()
-    assert (values[:, :3] >= 0).all() and (values[:, :3] <= 1).all()
+    assert (values[:, :QUALITIES] >= 0).all() and (values[:, :QUALITIES] <= 1).all()
     assert np.isfinite(rasterize(strokes, Grid.local(64)).values).all()
 
 
@@ -133,15 +136,13 @@ def test_many_strokes_have_no_more_points():
 
 def test_samples_leave_no_cell_out():
     """With samples twice as dense, hardly a cell more is crossed."""
-    from liquid_splash_addon.core import spans
-
     strokes = barrel(10)
     grid = Grid.local()
     cells = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
-    before = spans.FILLED
-    spans.FILLED = before / 3
+    before = span_filling.FILLED
+    span_filling.FILLED = before / 3
     try:
         more = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
     finally:
-        spans.FILLED = before
+        span_filling.FILLED = before
     assert before < LOCAL_SPACING and cells > 0.93 * more

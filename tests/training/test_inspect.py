@@ -135,8 +135,32 @@ def test_ruptures_are_counted_by_speed(toy_data: Path, run_command, capsys):
     assert slow == {"speed": 1.5, "pieces": 3.5, "frames": 2}
     assert fast == {"speed": 3.5, "pieces": 2.0, "frames": 2}
     assert run_command(ruptures.main, toy_data, "--most", 3) == 0
-    groups = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)
+    groups = found["by speed"]
+    assert set(found["slopes"]) == {"pieces", "holes", "surface"}
     assert [group["frames"] for group in groups] == [1, 1, 1]
     assert [g["speed"] for g in groups] == sorted(g["speed"] for g in groups)
     assert all(0 < g["surface"] <= 1 and g["pieces"] >= 0 for g in groups)
     assert run_command(ruptures.main, toy_data / "none") == 1
+
+
+def test_what_speed_does_is_told_from_what_size_does():
+    """Large splashes are fast ones here: over all sketches it looks as if speed ruptured."""
+    rng = np.random.default_rng(0)
+    size = np.exp(rng.normal(size=120))
+    speed = size**0.8 * np.exp(0.3 * rng.normal(size=120))
+    surface = 0.5 - 0.1 * np.log(speed) + 0.3 * np.log(size)
+    pieces = np.expm1(2.0 - 0.1 * np.log(speed) + 0.3 * np.log(size))
+    rows = [
+        {"speed": v, "size": s, "surface": a, "pieces": p, "holes": p, "seed": n // 4}
+        for n, (v, s, a, p) in enumerate(zip(speed, size, surface, pieces, strict=True))
+    ]
+    found = ruptures.slopes(rows)
+    for name in ("pieces", "surface"):
+        assert found[name]["of one size"][0] == pytest.approx(-0.1, abs=1e-6)
+        assert found[name]["of one size"][1] < 1e-6
+        assert found[name]["all"][0] > 0.1
+    noisy = [{**row, "surface": row["surface"] + rng.normal()} for row in rows]
+    value, error = ruptures.slope_and_error(noisy, "surface", ("size",))
+    # As ordinary least squares would have it: 1 / (0.3 sqrt 120).
+    assert abs(value + 0.1) < 3 * error and error == pytest.approx(0.3, rel=0.4)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Training, evaluation and export at toy size."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +11,10 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from liquid_splash_addon.core.latent import candidates, latent_shape  # noqa: E402
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
+from liquid_splash_addon.core.span_judge import judge_path  # noqa: E402
 from liquid_splash_addon.core.voxels import CHANNELS  # noqa: E402
 from liquid_splash_addon.core.weights import load_generator  # noqa: E402
 from training import evaluate, export  # noqa: E402
@@ -21,7 +24,7 @@ from training.baselines import best_radius, distance_to  # noqa: E402
 from training.dataset import load_items  # noqa: E402
 from training.losses import Cells, sample_losses  # noqa: E402
 from training.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
-from training.splash_learner import SplashConfig, SplashLearner, cut, latent_shape  # noqa: E402
+from training.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
 from training.stream import Lessons, Wish, stream  # noqa: E402
 from training.train import Run, TrainConfig, train  # noqa: E402
 
@@ -122,7 +125,9 @@ def test_best_of_several_latents_is_trained(batches):
     best = learner.choose_latent(encoding, batch, 1.0)
     learner.random.set_state(before)
     torch.rand((), generator=learner.random)
-    tries = [torch.randn(best.shape, generator=learner.random) for _ in range(4)]
+    rng = np.random.default_rng(int(torch.randint(2**62, (), generator=learner.random)))
+    each = [candidates(SHAPE, 4, rng) for _ in range(len(best))]
+    tries = [torch.from_numpy(np.stack(lot)) for lot in zip(*each, strict=True)]
 
     def losses(z):
         with torch.no_grad():
@@ -241,6 +246,11 @@ def test_published_figures_are_those_of_the_bundled_weights_and_beat_the_baselin
     for cells in ("64", "128"):
         rows = published[cells]
         assert rows["ours"]["iou"] > max(rows[name]["iou"] for name in BASELINES)
+
+
+def test_the_bundled_generator_was_shown_what_the_bundled_judge_says():
+    judge = hashlib.sha256(judge_path().read_bytes()).hexdigest()
+    assert load_generator(device="CPU").header["spans_hash"] == judge
 
 
 def test_default_size_is_the_median_of_training():

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How what judges spans is trained and measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("tqdm")
+
+from liquid_splash_addon.core.span_graph import SpanGraph  # noqa: E402
+from liquid_splash_addon.core.span_judge import load_judge  # noqa: E402
+from training import train_spans  # noqa: E402
+from training.dataset import load_items  # noqa: E402
+from training.span_lessons import SpanLesson, span_lesson, span_lessons  # noqa: E402
+from training.train_spans import figures_of, report, tell_apart, train  # noqa: E402
+
+
+def chain(count: int, rng: np.random.Generator) -> SpanLesson:
+    """Return a strip of triangles, of which those beside one with a large first feature are wet.
+
+    No triangle's own features say so: it takes a message from its neighbours.
+    """
+    knots, triangles = (rng.normal(size=(n, k)) for n, k in ((count + 2, 14), (count, 32)))
+    marked = rng.random(count) < 0.3
+    triangles[:, 0] = 3.0 * marked
+    beside = np.concatenate([marked[1:], [False]]) | np.concatenate([[False], marked[:-1]])
+    numbers = np.arange(count)
+    corners = numbers[:, None] + np.arange(3)
+    graph = SpanGraph(
+        knots.astype(np.float32),
+        triangles.astype(np.float32),
+        corners,
+        np.maximum(np.arange(count + 2) - 1, 0),
+        np.minimum(np.arange(count + 2) + 1, count + 1),
+        np.concatenate([numbers[1:], numbers[:-1]]),
+        np.concatenate([numbers[:-1], numbers[1:]]),
+        np.zeros((2 * count - 2, 4), dtype=np.float32),
+    )
+    wet = beside.astype(np.float32)
+    return SpanLesson(graph, wet, wet, np.ones(count, dtype=np.float32))
+
+
+def test_scores_in_order_tell_all_apart_and_chance_none():
+    inside, one = np.array([1.0, 1, 0, 0]), np.ones(4)
+    assert tell_apart(np.array([4.0, 3, 2, 1]), inside, one) == {"auc": 1, "precision": 1}
+    assert tell_apart(np.array([1.0, 2, 3, 4]), inside, one)["auc"] == 0
+    # One of four pairs is the wrong way round; precisions 1 and 2/3 at both recalls.
+    found = tell_apart(np.array([4.0, 2, 3, 1]), inside, one)
+    assert found["auc"] == pytest.approx(0.75) and found["precision"] == pytest.approx(5 / 6)
+    # The same by samples: the pair in the wrong order has nine times the weight of another.
+    found = tell_apart(np.array([4.0, 2, 3, 1]), inside, np.array([1.0, 3, 3, 1]))
+    assert found["auc"] == pytest.approx(1 - 9 / 16)
+    rng = np.random.default_rng(0)
+    chance = tell_apart(rng.random(4000), rng.random(4000), np.ones(4000))
+    assert chance["auc"] == pytest.approx(0.5, abs=0.03)
+    assert chance["precision"] == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_judge_learns_what_only_neighbours_say():
+    rng = np.random.default_rng(1)
+    judge = train([chain(60, rng) for _ in range(12)], minutes=0.2)
+    unseen = [chain(60, rng) for _ in range(4)]
+    figures = report(judge, unseen)
+    assert figures["judged"]["auc"] > 0.95
+    own = figures_of(unseen, lambda lesson: lesson.graph.triangles[:, 0])
+    assert own["auc"] < 0.7  # what the triangles say of themselves is not enough
+
+
+@pytest.mark.parametrize("sketch", [None, 0])
+def test_a_lesson_says_which_spans_lie_in_liquid(toy_data: Path, sketch):
+    item = load_items(toy_data, "train")[-1]
+    lesson = span_lesson(item, sketch)
+    assert lesson is not None and len(lesson.graph.corners) == len(lesson.samples) > 10
+    assert lesson.samples.min() >= 1
+    assert (lesson.near >= lesson.inside).all() and (lesson.inside >= 0).all()
+    assert 0.05 < np.average(lesson.inside, weights=lesson.samples) < 1
+    assert lesson.near.max() <= 1
+    same = span_lesson(item, sketch)
+    assert np.array_equal(same.inside, lesson.inside)
+
+
+def test_the_command_trains_and_writes_a_judge(toy_data: Path, run_command, tmp_path, capsys):
+    out = tmp_path / "spans.safetensors"
+    arguments = (toy_data, "--out", out, "--minutes", 0.05, "--sketches", 1, "--workers", 1)
+    assert run_command(train_spans.main, *arguments) == 0
+    assert '"auc"' in capsys.readouterr().out
+    lessons = span_lessons(load_items(toy_data, "validation"), [None], 1)
+    assert 0 < figures_of(lessons, lambda x: load_judge(out).judge(x.graph)[:, 0])["auc"] <= 1
+    assert run_command(train_spans.main, tmp_path / "nothing", "--out", out) == 1
+    assert "training.simulate" in capsys.readouterr().err
