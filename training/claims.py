@@ -43,8 +43,9 @@ from .shapes import (
 from .studio import Studio, keeping_to_strokes, liquid, silhouette, stroke_cells, worst
 from .trials import FAST, SLOW, disorderly, flows, growing
 
-PIECE_CELLS = 8
-"""Smallest piece that counts, in cells: less is the noise of one 2^3 patch of the network."""
+PIECE_CELLS = 32
+"""Smallest piece that counts, in cells: a cubic centimetre. Less is the noise of a few of the
+network's patches of 2^3 cells: with 8, one speck of 9 cells made out that a claim holds."""
 
 NEIGHBOURHOOD = 8 * LOCAL_SPACING
 """Metres around added strokes in which the liquid may change (Fig. 9): eight full cells."""
