@@ -61,8 +61,13 @@ def new_judge(lessons: Sequence[SpanLesson]) -> SpanJudge:
     return judge
 
 
-def train(lessons: Sequence[SpanLesson], minutes: float, seed: int = 0) -> SpanJudge:
-    """Return a judge trained on ``lessons`` for so many minutes, its moving average."""
+def train(
+    lessons: Sequence[SpanLesson], minutes: float, steps_in_all: int = 0, seed: int = 0
+) -> SpanJudge:
+    """Return a judge trained on ``lessons`` for so many minutes, its moving average.
+
+    steps_in_all : ends the training after so many steps instead, if not 0.
+    """
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     judge = new_judge(lessons)
@@ -70,7 +75,13 @@ def train(lessons: Sequence[SpanLesson], minutes: float, seed: int = 0) -> SpanJ
     optimiser = torch.optim.AdamW(judge.parameters(), LEARNING_RATE, weight_decay=1e-2)
     begun, steps = time.monotonic(), 0
     bar = tqdm(total=1.0, bar_format="{percentage:3.0f}%|{bar}| {elapsed}<{remaining} {postfix}")
-    while (progress := (time.monotonic() - begun) / (60 * minutes)) < 1:
+
+    def done() -> float:
+        if steps_in_all:
+            return steps / steps_in_all
+        return (time.monotonic() - begun) / (60 * minutes)
+
+    while (progress := done()) < 1:
         for group in optimiser.param_groups:
             group["lr"] = LEARNING_RATE * min((steps + 1) / WARM_UP, 1.0) * (1 - progress)
         optimiser.zero_grad()

@@ -28,7 +28,7 @@ class TubeGenerator:
     precision = "float32"
     device = "cpu"
     fastest = 5.0
-    config = SimpleNamespace(latent_channels=1, latent_cells=8)
+    config = SimpleNamespace(latent_channels=2, latent_cells=8)
     radius = 1.7
     """Of the tubes, in cells of a draft."""
 
@@ -44,7 +44,7 @@ class TubeGenerator:
         away, nearest = distance_transform_edt(~condition.drawn, return_indices=True)
         distance = gaussian_filter(away, 1.2) - self.radius * grid.shape[0] / 64
         if latent is not None:
-            distance += zoom(latent[0], grid.shape[0] // latent.shape[1], order=1)
+            distance += zoom(latent[1], grid.shape[0] // latent.shape[1], order=1)
         distance = np.clip(distance, -AIR, AIR).astype(np.float32)
         velocity = condition.dense()[VELOCITY][(slice(None), *nearest)] * (distance < AIR)
         return Fields(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)

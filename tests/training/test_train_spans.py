@@ -60,7 +60,7 @@ def test_scores_in_order_tell_all_apart_and_chance_none():
 
 def test_a_judge_learns_what_only_neighbours_say():
     rng = np.random.default_rng(1)
-    judge = train([chain(60, rng) for _ in range(12)], minutes=0.2)
+    judge = train([chain(60, rng) for _ in range(12)], 0, steps_in_all=300)
     unseen = [chain(60, rng) for _ in range(4)]
     figures = report(judge, unseen)
     assert figures["judged"]["auc"] > 0.95
