@@ -124,8 +124,16 @@ class SpanJudge(nn.Module):
 
     @torch.inference_mode()
     def judge(self, graph: SpanGraph) -> np.ndarray:
-        """Return how likely each triangle lies in liquid, and within a cell of it, ``(m, 2)``."""
-        judged: np.ndarray = torch.sigmoid(self(Graph.of(graph))).numpy()
+        """Return how likely each triangle lies in liquid, and within a cell of it, ``(m, 2)``.
+
+        On one thread: its arrays are small, and threads that met at each took thrice as long.
+        """
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)
+        try:
+            judged: np.ndarray = torch.sigmoid(self(Graph.of(graph))).numpy()
+        finally:
+            torch.set_num_threads(threads)
         return judged
 
 
