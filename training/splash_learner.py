@@ -67,7 +67,7 @@ class SplashLearner(Learner):
         """Train on one batch; see :class:`Learner`. Losses: 'loss', 'draft', 'detail'."""
         batch = batch.to(self.device)
         with self.autocast():
-            encoding = self.network.coarse.encode(batch.condition, batch.obstacle)
+            encoding = self.network.coarse.encode(crossed_cells(batch.condition), batch.obstacle)
             latent = self.choose_latent(encoding, batch, progress)
             draft = self.network.coarse.decode(encoding, latent)
             detail = self.detail(self.network, batch, draft)
@@ -132,7 +132,7 @@ class SplashLearner(Learner):
         condition = batch.condition.to(self.device)
         with self.autocast():
             if condition.shape[-1] == self.grids[0]:
-                output = self.average.draft(condition).output.float()
+                output = self.average.draft(crossed_cells(condition)).output.float()
             else:
                 output = self.average(condition).float()
         return torch.cat([torch.sigmoid(output[:, :1]), output[:, 2:]], dim=1)

@@ -73,18 +73,22 @@ class Crossed(NamedTuple):
         sides = (side.stop - side.start for side in box)
         return Crossed(self.where[inside] - low, self.values[inside], (self.shape[0], *sides))
 
+    def halves(self) -> tuple[Tensor, tuple[int, ...]]:
+        """Return each one's number ``(n,)`` among cells twice as large, and their shape."""
+        shape = (self.shape[0], *(n // 2 for n in self.shape[1:]))
+        batch, x, y, z = self.where.unbind(1)
+        return ((batch * shape[1] + x // 2) * shape[2] + y // 2) * shape[3] + z // 2, shape
+
     def gathered(self, values: Tensor, air: Tensor) -> Tensor:
         """Return ``values`` ``(n, C)`` summed over cells twice as large, channels last.
 
         air : ``(C,)``, where every sum begins. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
         """
-        batch, x, y, z = self.where.unbind(1)
-        sides = [n // 2 for n in self.shape[1:]]
-        cell = ((batch * sides[0] + x // 2) * sides[1] + y // 2) * sides[2] + z // 2
-        sums = air.to(values.dtype).repeat(self.shape[0] * math.prod(sides), 1)
+        cell, shape = self.halves()
+        sums = air.to(values.dtype).repeat(math.prod(shape), 1)
         # Not index_put: its threads add in any order, and a seed would not give one splash.
         sums = sums.index_add(0, cell, values)
-        return sums.view(self.shape[0], *sides, -1).permute(0, 4, 1, 2, 3)
+        return sums.view(*shape, -1).permute(0, 4, 1, 2, 3)
 
 
 def crossed_cells(condition: Tensor) -> Crossed:
@@ -94,34 +98,31 @@ def crossed_cells(condition: Tensor) -> Crossed:
     return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
 
 
-def halved(crossed: Crossed) -> Tensor:
-    """Return the condition on cells twice as large: crossed if one of eight is, mean of the rest.
-
-    The result is ``(B, 18, X / 2, Y / 2, Z / 2)``.
-    """
+def halved(crossed: Crossed) -> Crossed:
+    """Return the condition on cells twice as large: crossed if one of eight is, else means."""
     values = torch.cat([crossed.values, (crossed.values[:, SPANS, None] > 0).float()], dim=1)
     octant = crossed.where[:, 1:] % 2 - 0.5
     for which, there in ((PLACE, values[:, 0]), (SPANS_PLACE, values[:, CHANNELS])):
         values[:, which] = (values[:, which] + octant) / 2 * there[:, None]
-    sums = crossed.gathered(values, values.new_zeros(CHANNELS + 1))
+    cell, shape = crossed.halves()
+    cells, row = torch.unique(cell, return_inverse=True)
+    sums = values.new_zeros(len(cells), CHANNELS + 1).index_add(0, row, values)
     drawn, spanned = sums[:, :1], sums[:, CHANNELS:]
-    return torch.cat(
-        [
-            (drawn > 0).to(sums.dtype),
-            sums[:, 1:SPANS] / drawn.clamp_min(1),
-            sums[:, SPANS:CHANNELS] / spanned.clamp_min(1),
-        ],
-        dim=1,
-    )
+    means = [
+        (drawn > 0).to(sums.dtype),
+        sums[:, 1:SPANS] / drawn.clamp_min(1),
+        sums[:, SPANS:CHANNELS] / spanned.clamp_min(1),
+    ]
+    return Crossed(torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape)
 
 
 def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
     """Return ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
 
-    The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
+    Further input channels of its are left out. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
     """
     assert stem.bias is not None
-    kernels = stem.weight.permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
+    kernels = stem.weight[:, :CHANNELS].permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
     eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
     order = eighth.argsort()
     groups = torch.bincount(eighth, minlength=8).tolist()
@@ -138,29 +139,40 @@ def closeness(distance: Tensor, spacing: float) -> Tensor:
     return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
 
 
-def nearness(crossed: Tensor) -> Tensor:
+def in_blocks(crossed: Crossed) -> Tensor:
+    """Return the mean of the strokes' occupancy and velocity over cells twice as large.
+
+    The result is ``(B, 4, X / 2, Y / 2, Z / 2)``.
+    """
+    drawn = crossed.values[:, : VELOCITY.stop]
+    return crossed.gathered(drawn, drawn.new_zeros(VELOCITY.stop)).contiguous() / 8
+
+
+def nearness(blocks: Tensor) -> Tensor:
     """Return the density of strokes around each cell, one channel for each size in NEARNESS.
 
-    About 1 where one stroke passes. crossed : ``(B, 1, x, y, z)``.
+    About 1 where one stroke passes. blocks : of :func:`in_blocks`; the result is
+    ``(B, 2, X, Y, Z)``.
     """
+    shape = [2 * n for n in blocks.shape[2:]]
     means = []
     for size in NEARNESS:
-        density = F.avg_pool3d(crossed, size) * size**2
-        means.append(F.interpolate(density, size=crossed.shape[2:], mode="trilinear"))
+        density = F.avg_pool3d(blocks[:, :1], size // 2) * size**2
+        means.append(F.interpolate(density, size=shape, mode="trilinear"))
     return torch.cat(means, dim=1)
 
 
-def diffused_velocity(condition: Tensor) -> Tensor:
+def diffused_velocity(blocks: Tensor) -> Tensor:
     """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
 
     Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
-    average wherever it holds enough of a stroke. condition : ``(B, 4 or more, X, Y, Z)``.
+    average wherever it holds enough of a stroke. blocks : of :func:`in_blocks`.
     """
-    weight, flow = condition[:, :1], condition[:, VELOCITY]
-    levels = []
-    while min(weight.shape[2:]) > 1 and not any(n % 2 for n in weight.shape[2:]):
-        weight, flow = F.avg_pool3d(weight, 2), F.avg_pool3d(flow, 2)
-        levels.append((weight, flow))
+    levels = [(blocks[:, :1], blocks[:, VELOCITY])]
+    while min(blocks.shape[2:]) > 1 and not any(n % 2 for n in blocks.shape[2:]):
+        blocks = F.avg_pool3d(blocks, 2)
+        levels.append((blocks[:, :1], blocks[:, VELOCITY]))
+    weight, flow = levels[-1]
     spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
     for weight, flow in reversed(levels):
         spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")

@@ -102,7 +102,7 @@ class Generator:
         if fine:
             output, start = self.full(crossed, drawn, near)
         else:
-            output, start = self.network.draft(crossed.dense(), drawn, near).output[0], (0, 0, 0)
+            output, start = self.network.draft(crossed, drawn, near).output[0], (0, 0, 0)
         threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
         occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
         reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
@@ -127,7 +127,8 @@ class Generator:
         strokes = halved(crossed)
         near = None if near is None else F.avg_pool3d(near, 2)
         draft = self.network.draft(strokes, latent, near)
-        wanted = (torch.sigmoid(draft.output[0, 0]) > FAINT) | (strokes[0, 0] > 0)
+        wanted = torch.sigmoid(draft.output[0, 0]) > FAINT
+        wanted[strokes.where[strokes.values[:, 0] > 0][:, 1:].unbind(1)] = True
         box = bounding_box(wanted)
         part = Draft(take(draft.output, box), take(draft.features, grown(box, 0.5)))
         fine = grown(box, 2.0)

@@ -17,6 +17,7 @@ from .condition import (
     crossed_cells,
     diffused_velocity,
     halved,
+    in_blocks,
     nearness,
     patches,
 )
@@ -157,11 +158,11 @@ class DraftNetwork(nn.Module):
         )
         self.head = silent(convolution(widths[0], 8 * OUTPUT_CHANNELS, 1))
 
-    def encode(self, condition: Tensor, obstacle: Tensor) -> Encoding:
+    def encode(self, crossed: Crossed, obstacle: Tensor | None) -> Encoding:
         """Return what does not depend on the latent; shapes as in :meth:`SplashNetwork.draft`."""
-        flow = diffused_velocity(condition)
-        x = torch.cat([condition, obstacle, flow, nearness(condition[:, :1])], dim=1)
-        x = F.relu(self.stem(x.to(self.stem.weight.dtype)))
+        blocks = in_blocks(crossed)
+        flow = diffused_velocity(blocks)
+        x = F.relu(self.begin(crossed, obstacle, flow, nearness(blocks)))
         features = []
         for level, residual in enumerate(self.encoder):
             if level:
@@ -169,6 +170,22 @@ class DraftNetwork(nn.Module):
             x = residual(x)
             features.append(x)
         return Encoding(features, flow)
+
+    def begin(
+        self, crossed: Crossed, obstacle: Tensor | None, flow: Tensor, near: Tensor
+    ) -> Tensor:
+        """Return the stem of the condition, the obstacle, the flow and the nearness.
+
+        As one convolution would, of all of them side by side, in a fourth of its time.
+        """
+        around = flow.new_zeros(len(flow), *flow.shape[2:], EIGHT).permute(0, 4, 1, 2, 3)
+        if obstacle is not None:
+            around[:, :1] = obstacle
+        around[:, 1:4], around[:, 4 : 4 + len(NEARNESS)] = flow, near
+        kernel = self.stem.weight[:, CHANNELS:]
+        kernel = F.pad(kernel, (0,) * 7 + (EIGHT - kernel.shape[1],))
+        felt = F.conv3d(around.to(kernel.dtype), kernel, stride=2)
+        return felt + patches(self.stem, crossed).to(felt.dtype)
 
     def decode(self, encoding: Encoding, latent: Tensor | None) -> Draft:
         """Return the draft for a latent ``(B, L, l, l, l)``; None is the latent zero.
@@ -233,18 +250,16 @@ class SplashNetwork(nn.Module):
         self.detail = DetailNetwork(config)
 
     def draft(
-        self, condition: Tensor, latent: Tensor | None = None, obstacle: Tensor | None = None
+        self, crossed: Crossed, latent: Tensor | None = None, obstacle: Tensor | None = None
     ) -> Draft:
         """Return the draft of a whole box.
 
-        condition : ``(B, 18, x, y, z)``, multiples of 16; latent : ``(B, L, l, l, l)`` on the
-        part of its lattice that the box covers, None for the latent zero; obstacle :
-        ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is none or it is
-        not known.
+        crossed : of a condition ``(B, 18, x, y, z)``, multiples of 16; latent :
+        ``(B, L, l, l, l)`` on the part of its lattice that the box covers, None for the latent
+        zero; obstacle : ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is
+        none or it is not known.
         """
-        if obstacle is None:
-            obstacle = torch.zeros_like(condition[:, :1])
-        draft: Draft = self.coarse.decode(self.coarse.encode(condition, obstacle), latent)
+        draft: Draft = self.coarse.decode(self.coarse.encode(crossed, obstacle), latent)
         return draft
 
     def forward(

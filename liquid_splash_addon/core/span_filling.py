@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -13,31 +15,59 @@ FILLED = 0.75 * LOCAL_SPACING
 """Distance of the samples on a triangle, metres."""
 
 
-def fill(knots: Knots, patches: Patches, quality: np.ndarray) -> Spans:
-    """Return samples of all patches, at most FILLED apart, each with its patch's ``quality``.
+class Filling(NamedTuple):
+    """Samples of patches, before it is known how good each patch is.
 
-    quality : ``(m, q)``; the samples' values are ``(n, q + 3)``. Rows run from the corner
-    opposite the shortest edge to that edge.
+    points, velocities : float32 ``(n, 3)``; first : int64 ``(m + 1,)``, where the samples of each
+    patch begin, and the end.
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    first: np.ndarray
+
+    def spans(self, quality: np.ndarray) -> Spans:
+        """Return them, each with the ``quality`` ``(m, q)`` of its patch, then its velocity."""
+        values = np.empty((len(self.points), quality.shape[1] + 3), dtype=np.float32)
+        _label(values, quality, self.velocities, self.first)
+        return Spans(self.points, values)
+
+
+def fill(knots: Knots, patches: Patches) -> Filling:
+    """Return samples of all patches, at most FILLED apart.
+
+    Rows run from the corner opposite the shortest edge to that edge.
     """
     points, velocities = knots.points, knots.velocities
     turned, rows = _turn(points, patches.triangles, FILLED)
-    total = _count(points, turned, rows, FILLED)
-    where = np.empty((total, 3), dtype=np.float32)
-    values = np.empty((total, quality.shape[1] + 3), dtype=np.float32)
+    first = _count(points, turned, rows, FILLED)
+    where, flow = (np.empty((first[-1], 3), dtype=np.float32) for _ in range(2))
     _sample(
-        points, velocities, turned, rows, patches.normals, patches.sure, quality, FILLED,
-        where, values,
+        points, velocities, turned, rows, patches.normals, patches.sure, FILLED,
+        where, flow,
     )  # fmt: skip
-    return Spans(where, values)
+    return Filling(where, flow, first)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _label(values, quality, velocities, first):
+    """Set the values of all samples."""
+    kinds = quality.shape[1]
+    for n in range(len(quality)):
+        for at in range(first[n], first[n + 1]):
+            for k in range(kinds):
+                values[at, k] = quality[n, k]
+            for a in range(3):
+                values[at, kinds + a] = velocities[at, a]
+
+
+@njit(cache=True, nogil=True)
 def _edge(points, a, b):
     d = points[a] - points[b]
     return np.sqrt(np.dot(d, d))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _turn(points, triangles, step):
     """Return the triangles with the shortest edge last, and the rows that each needs."""
     turned = triangles.copy()
@@ -57,26 +87,27 @@ def _turn(points, triangles, step):
     return turned, rows
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _columns(points, turned, rows, row, step):
     """Return the steps that a row of a triangle needs."""
     width = _edge(points, turned[1], turned[2]) * row / rows
     return int(np.ceil(width / step))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _count(points, turned, rows, step):
-    total = 0
+    """Return where each triangle's samples begin, and the end ``(m + 1,)``."""
+    first = np.zeros(len(turned) + 1, dtype=np.int64)
     for n in range(len(turned)):
+        first[n + 1] = first[n]
         for row in range(rows[n] + 1):
-            total += _columns(points, turned[n], rows[n], row, step) + 1
-    return total
+            first[n + 1] += _columns(points, turned[n], rows[n], row, step) + 1
+    return first
 
 
-@njit(cache=True)
-def _sample(points, velocities, turned, rows, normals, sure, quality, step, where, values):
+@njit(cache=True, nogil=True)
+def _sample(points, velocities, turned, rows, normals, sure, step, where, flow):
     control = np.empty((7, 3))
-    kinds = quality.shape[1]
     at = 0
     for n in range(len(turned)):
         _controls(points, turned[n], normals, sure, control)
@@ -97,13 +128,11 @@ def _sample(points, velocities, turned, rows, normals, sure, quality, step, wher
                         + 3 * u * v * (control[4, a] * u + control[5, a] * v)
                         + 6 * control[6, a] * w * u * v
                     )  # fmt: skip
-                    values[at, kinds + a] = w * f[a] + u * g[a] + v * h[a]
-                for k in range(kinds):
-                    values[at, k] = quality[n, k]
+                    flow[at, a] = w * f[a] + u * g[a] + v * h[a]
                 at += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _controls(points, corners, normals, sure, control):
     """Set the control points of a PN triangle (their eq. 3): six on the edges, one inside."""
     control[6] = 0

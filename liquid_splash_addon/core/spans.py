@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 
 from .strokes import Stroke, resample
+from .threads import workers
 
 WIDEST = 0.08
 """Radius of the ball around the widest triangle, metres: half of those of 0.05 to 0.1 that it
@@ -93,8 +94,9 @@ def span(strokes: Sequence[Stroke]) -> Spans:
     patches = patches_of(knots)
     if not len(patches.triangles):
         return Spans(np.zeros((0, 3), np.float32), np.zeros((0, QUALITIES + 3), np.float32))
+    filling = workers().submit(fill, knots, patches)  # beside the judge, who takes as long
     judged = bundled_judge().judge(graph_of(knots, patches))
-    return fill(knots, patches, np.hstack([patches.quality, judged]))
+    return filling.result().spans(np.hstack([patches.quality, judged]))
 
 
 def knots_of(strokes: Sequence[Stroke]) -> Knots:
@@ -129,36 +131,78 @@ def gabriel_triangles(points: np.ndarray, widest: float) -> tuple[np.ndarray, np
     if len(points) < 5:
         return none
     try:
-        tetrahedra = Delaunay(points).simplices.astype(np.int64)
+        mesh = Delaunay(points)
     except QhullError:  # all points in one place
         return none
-    tetrahedra.sort(axis=1)
-    faces = np.concatenate([np.delete(tetrahedra, corner, axis=1) for corner in range(4)])
-    opposite = tetrahedra.T.ravel()
-    full, radii = _holds(points, faces, opposite)
-    key = (faces[:, 0] * len(points) + faces[:, 1]) * len(points) + faces[:, 2]
-    _, first, face = np.unique(key, return_index=True, return_inverse=True)
-    kept = first[(np.bincount(face, weights=full) == 0) & (radii[first] < widest)]
-    return faces[kept], radii[kept]
+    faces, radii = _empty_balls(
+        points, mesh.simplices.astype(np.int64), mesh.neighbors.astype(np.int64), widest
+    )
+    order = np.lexsort(faces.T[::-1])
+    return faces[order], radii[order]
 
 
 @njit(cache=True)
-def _holds(points, faces, opposite):
-    """Return whether the smallest ball through each face's corners holds the point opposite."""
-    full = np.zeros(len(faces))
-    radii = np.empty(len(faces))
-    for n in range(len(faces)):
-        a, p = points[faces[n, 0]], points[opposite[n]]
-        u, v = points[faces[n, 1]] - a, points[faces[n, 2]] - a
-        uu, vv, uv = np.dot(u, u), np.dot(v, v), np.dot(u, v)
-        area = max(2 * (uu * vv - uv * uv), 1e-30)
-        s, t = vv * (uu - uv) / area, uu * (vv - uv) / area
-        centre = s * u + t * v
-        square = np.dot(centre, centre)
-        away = p - a - centre
-        radii[n] = np.sqrt(square)
-        full[n] = np.dot(away, away) < square * (1 - 1e-9)
-    return full, radii
+def _empty_balls(points, tetrahedra, neighbours, widest):
+    """Return the faces of tetrahedra, corners in order, with empty balls, and the balls' radii."""
+    faces = np.empty((4 * len(tetrahedra), 3), dtype=np.int64)
+    radii = np.empty(4 * len(tetrahedra))
+    centre = np.empty(3)
+    count = 0
+    for n in range(len(tetrahedra)):
+        for k in range(4):
+            other = neighbours[n, k]
+            if 0 <= other < n:  # seen from there
+                continue
+            _others(tetrahedra[n], k, faces[count])
+            square = _smallest_ball(points, faces[count], centre)
+            empty = not _holds(centre, square, points, tetrahedra[n, k])
+            if empty and other >= 0:
+                beyond = tetrahedra[other].sum() - faces[count].sum()
+                empty = not _holds(centre, square, points, beyond)
+            if empty and square < widest * widest:
+                radii[count] = np.sqrt(square)
+                count += 1
+    return faces[:count].copy(), radii[:count].copy()
+
+
+@njit(cache=True)
+def _others(corners, k, face):
+    """Set the corners of a tetrahedron but the ``k``-th, the least first."""
+    at = 0
+    for i in range(4):
+        if i != k:
+            j = at
+            while j > 0 and face[j - 1] > corners[i]:
+                face[j] = face[j - 1]
+                j -= 1
+            face[j] = corners[i]
+            at += 1
+
+
+@njit(cache=True)
+def _smallest_ball(points, face, centre):
+    """Set the centre of the smallest ball through a face's corners; return its squared radius."""
+    a, b, c = face
+    uu, vv, uv = 0.0, 0.0, 0.0
+    for i in range(3):
+        u, v = points[b, i] - points[a, i], points[c, i] - points[a, i]
+        uu, vv, uv = uu + u * u, vv + v * v, uv + u * v
+    area = max(2 * (uu * vv - uv * uv), 1e-30)
+    s, t = vv * (uu - uv) / area, uu * (vv - uv) / area
+    square = 0.0
+    for i in range(3):
+        away = s * (points[b, i] - points[a, i]) + t * (points[c, i] - points[a, i])
+        centre[i] = points[a, i] + away
+        square += away * away
+    return square
+
+
+@njit(cache=True)
+def _holds(centre, square, points, which):
+    apart = 0.0
+    for i in range(3):
+        apart += (points[which, i] - centre[i]) ** 2
+    return apart < square * (1 - 1e-9)
 
 
 @njit(cache=True)

@@ -25,6 +25,10 @@ def workers() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(min(os.cpu_count() or 1, MOST), "liquid-splash")
 
 
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=workers.cache_clear)  # threads stay with the parent
+
+
 def in_parts(count: int, work: Callable[[int, int], Found], parts: int = MOST) -> list[Found]:
     """Return ``work(begin, end)`` of ``parts`` ranges that make up ``range(count)``, in order.
 

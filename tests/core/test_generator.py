@@ -14,6 +14,8 @@ from liquid_splash_addon.core.condition import (  # noqa: E402
     crossed_cells,
     diffused_velocity,
     halved,
+    in_blocks,
+    nearness,
     patches,
 )
 from liquid_splash_addon.core.fields import AIR, settle  # noqa: E402
@@ -114,7 +116,7 @@ def test_latent_zero_is_the_deterministic_answer():
 
 
 def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
-    network, x = small_network(), random_condition(16)
+    network, x = small_network(), crossed_cells(random_condition(16))
     with torch.no_grad():
         far = closeness(torch.full((1, 1, 16, 16, 16), 100.0), 0.006)
         near = closeness(torch.full((1, 1, 16, 16, 16), -1.0), 0.006)
@@ -129,7 +131,7 @@ def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
     x[0, :SPANS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
     x[0, SPANS:, 1, 1, 0] = torch.tensor([0.5, 1.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5])
     x[0, SPANS:, 1, 0, 0] = torch.tensor([0.25, 0.0, 0.75, 0.0, 0.25, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5])
-    half = halved(crossed_cells(x))
+    half = halved(crossed_cells(x)).dense()
     # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
     strokes, spans = half[0, :SPANS, 0, 0, 0].tolist(), half[0, SPANS:, 0, 0, 0].tolist()
     assert strokes == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
@@ -178,10 +180,24 @@ def test_patches_of_few_cells_are_the_convolution_of_all():
     assert torch.allclose(patches(stem, crossed_cells(empty)), stem(empty), atol=1e-6)
 
 
+def test_the_draft_begins_as_one_convolution_of_all_it_sees():
+    draft, x = small_network().coarse, random_condition(16, 0.05)
+    crossed, obstacle = crossed_cells(x), torch.rand(1, 1, 16, 16, 16)
+    blocks = in_blocks(crossed)
+    assert torch.allclose(blocks, torch.nn.functional.avg_pool3d(x[:, :4], 2), atol=1e-6)
+    flow, near = diffused_velocity(blocks), nearness(blocks)
+    assert flow.shape == (1, 3, 16, 16, 16) and near.shape == (1, 2, 16, 16, 16)
+    with torch.no_grad():
+        draft.stem.bias.normal_()
+        begun = draft.begin(crossed, obstacle, flow, near)
+        expected = draft.stem(torch.cat([x, obstacle, flow, near], dim=1))
+    assert torch.allclose(begun, expected, atol=1e-4)
+
+
 def test_a_draft_sees_the_same_strokes_as_the_full_result():
     strokes = fan()
     fine, coarse = (rasterize(strokes, Grid.local(n)) for n in (128, 64))
-    half, coarse = halved(Crossed.of(fine))[0].numpy(), coarse.dense()
+    half, coarse = halved(Crossed.of(fine)).dense()[0].numpy(), coarse.dense()
     assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
     speed = np.abs(coarse[VELOCITY]).max()
     crossed = coarse[:1] > 0
@@ -195,7 +211,7 @@ def test_a_draft_sees_the_same_strokes_as_the_full_result():
 def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
     x = random_condition(32)
     x[:, VELOCITY] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
-    flow = diffused_velocity(x)
+    flow = diffused_velocity(in_blocks(crossed_cells(x)))
     assert torch.allclose(flow, torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1), atol=1e-3)
 
 

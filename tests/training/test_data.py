@@ -211,7 +211,7 @@ def test_the_part_is_where_the_lesson_says(toy_data: Path):
         lesson = lessons[number]
         assert all(s % 4 == 0 for s in lesson.start)
         here = tuple(slice(s // 2, s // 2 + 16) for s in lesson.start)
-        half = halved(Crossed.of(lesson.part.condition))[0].numpy()
+        half = halved(Crossed.of(lesson.part.condition)).dense()[0].numpy()
         seen = lesson.box.condition.dense()[(slice(None), *here)]
         assert np.array_equal(seen[0], half[0])
         wet = (lesson.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))

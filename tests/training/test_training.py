@@ -11,6 +11,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from liquid_splash_addon.core.condition import crossed_cells  # noqa: E402
 from liquid_splash_addon.core.latent import candidates, latent_shape  # noqa: E402
 from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
@@ -120,7 +121,7 @@ def test_best_of_several_latents_is_trained(batches):
     learner, batch = toy_learner(candidates=4, deterministic=0.0), batches[0]
     for modulation in learner.network.coarse.modulations:
         modulation.shift.weight.data.mul_(30)
-    encoding = learner.network.coarse.encode(batch.condition, batch.obstacle)
+    encoding = learner.network.coarse.encode(crossed_cells(batch.condition), batch.obstacle)
     before = learner.random.get_state()
     best = learner.choose_latent(encoding, batch, 1.0)
     learner.random.set_state(before)
@@ -223,12 +224,13 @@ def test_scaled_latents_do_what_smaller_ones_did():
             parameter.add_(0.1 * torch.randn(parameter.shape))
     condition = torch.zeros(1, CHANNELS, 32, 32, 32)
     condition[:, :4, 8:20, 16, 16] = 1
+    crossed = crossed_cells(condition)
     latent = torch.randn(1, *latent_shape(SHAPE))
     with torch.no_grad():
-        plain, expected = (network.draft(condition, z).output for z in (None, 0.5 * latent))
+        plain, expected = (network.draft(crossed, z).output for z in (None, 0.5 * latent))
         export.scale_latents(network, 0.5)
-        assert torch.allclose(network.draft(condition, latent).output, expected, atol=1e-5)
-        assert torch.equal(network.draft(condition).output, plain)
+        assert torch.allclose(network.draft(crossed, latent).output, expected, atol=1e-5)
+        assert torch.equal(network.draft(crossed).output, plain)
     assert not torch.allclose(plain, expected, atol=1e-3)
 
 
