@@ -56,11 +56,10 @@ def span_lesson(item: Item, sketch: int | None) -> SpanLesson | None:
     if not count:
         return None
     distance, _ = resample(stored, item.spacing, frame, grid)
-    filling = fill(knots, patches)
-    where = grid.to_cells(filling.points).T - 0.5
-    depth = map_coordinates(distance, where, order=1, mode="nearest")
-    samples = np.diff(filling.first)
-    which = np.repeat(np.arange(count), samples)
+    points, values = fill(knots, patches, np.arange(count, dtype=np.float64)[:, None])
+    depth = map_coordinates(distance, grid.to_cells(points).T - 0.5, order=1, mode="nearest")
+    which = values[:, 0].astype(int)
+    samples = np.bincount(which, minlength=count)
     shares = [np.bincount(which, depth < most, count) / samples for most in (0.0, 1.0)]
     return SpanLesson(
         graph_of(knots, patches),

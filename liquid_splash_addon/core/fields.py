@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from zipfile import BadZipFile
 
 import numpy as np
+from numba import njit
 
 from .grid import Grid
 
@@ -41,32 +42,17 @@ class Fields:
         """The paper's scalar field (eq. 4): 1 in the liquid, 0 in the air, 0.5 at the surface."""
         return np.asarray(np.clip(0.5 - self.distance / PHI_CELLS, 0.0, 1.0))
 
-    def rounded(self) -> Fields:
-        """Return the fields as they come back from :meth:`to_bytes`.
+    def round_off(self) -> Fields:
+        """Make the fields what they come back as from :meth:`to_bytes`, and return them.
 
-        What is made of these now can be made again, exactly, from a saved file.
+        What is made of these now can be made again, exactly, from a saved file. In place: new
+        arrays would take most of the time.
         """
+        _round_shares(self.occupancy.ravel())
         near = np.flatnonzero(self.distance < AIR)  # a few cells in a hundred
-        occupancy = self.occupancy * np.float32(255)
-        np.rint(occupancy, out=occupancy)
-        occupancy /= np.float32(255)
-        distance = np.full(self.distance.shape, AIR, dtype=np.float32)
-        velocity = np.zeros(self.velocity.shape, dtype=np.float32)
-        for kept, field in ((distance, self.distance), *zip(velocity, self.velocity, strict=True)):
-            kept.ravel()[near] = field.ravel()[near].astype(np.float16)
-        return Fields(occupancy, distance, velocity, self.grid)
-
-    def within(self, grid: Grid, start: tuple[int, int, int]) -> Fields:
-        """Return the same as the part of ``grid`` that begins at cell ``start``; air elsewhere."""
-        if grid.shape == self.grid.shape:
-            return self
-        box = tuple(slice(i, i + n) for i, n in zip(start, self.grid.shape, strict=True))
-        occupancy = np.zeros(grid.shape, dtype=np.float32)
-        distance = np.full(grid.shape, AIR, dtype=np.float32)
-        velocity = np.zeros((3, *grid.shape), dtype=np.float32)
-        occupancy[box], distance[box] = self.occupancy, self.distance
-        velocity[(slice(None), *box)] = self.velocity
-        return Fields(occupancy, distance, velocity, grid)
+        for field in (self.distance, *self.velocity):
+            field.ravel()[near] = field.ravel()[near].astype(np.float16)
+        return self
 
     def to_bytes(self) -> bytes:
         """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.
@@ -113,15 +99,58 @@ def settle(
     velocity: np.ndarray,
     grid: Grid,
     reach: float = AIR,
+    start: tuple[int, int, int] = (0, 0, 0),
 ) -> Fields:
     """Return Fields whose parts agree: occupancy decides where liquid is.
 
     The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both
     disagree) and the velocity ends where the distance does.
 
-    reach : greatest distance that is known, cells.
+    reach : greatest distance that is known, cells; start : the cell of ``grid`` where the
+    arrays begin, which may be of a part of it: elsewhere is air.
     """
-    sign = np.where(occupancy > 0.5, -1.0, 1.0).astype(np.float32)
-    agreed = sign * np.maximum(sign * distance, np.float32(0.1))
-    near = agreed < reach - 0.01
-    return Fields(occupancy, np.where(near, agreed, np.float32(AIR)), velocity * near, grid)
+    shape = grid.shape
+    fields = Fields(
+        np.zeros(shape, np.float32), np.full(shape, AIR, np.float32),
+        np.zeros((3, *shape), np.float32), grid,
+    )  # fmt: skip
+    box = tuple(slice(i, i + n) for i, n in zip(start, occupancy.shape, strict=True))
+    settled = fields.occupancy[box], fields.distance[box], fields.velocity[(slice(None), *box)]
+    _settle(occupancy, distance, velocity, np.float32(reach), *settled)
+    return fields
+
+
+@njit(cache=True)
+def _settle(
+    occupancy: np.ndarray,
+    distance: np.ndarray,
+    velocity: np.ndarray,
+    reach: np.float32,
+    shares: np.ndarray,
+    distances: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Write what the first three arrays say, once they agree, into the last three."""
+    tenth = np.float32(0.1)
+    for i in range(occupancy.shape[0]):
+        for j in range(occupancy.shape[1]):
+            for k in range(occupancy.shape[2]):
+                shares[i, j, k] = occupancy[i, j, k]
+                away = min(max(distance[i, j, k], -reach), reach)
+                if occupancy[i, j, k] > 0.5:
+                    away = min(away, -tenth)
+                else:
+                    away = max(away, tenth)
+                if away < reach - 0.01:
+                    distances[i, j, k] = away
+                    for a in range(3):
+                        velocities[a, i, j, k] = velocity[a, i, j, k]
+
+
+@njit(cache=True)
+def _round_shares(occupancy: np.ndarray) -> None:
+    """Round probabilities to 255ths, in place."""
+    most = np.float32(255)
+    for i in range(len(occupancy)):
+        if occupancy[i] != 0:
+            occupancy[i] = np.float32(np.rint(occupancy[i] * most)) / most

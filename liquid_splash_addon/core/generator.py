@@ -106,11 +106,9 @@ class Generator:
         threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
         occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
         reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
-        distance = np.clip(output[1].cpu().numpy() * AIR, -reach, reach)
-        velocity = output[2:].cpu().numpy() * np.float32(scale)
-        x, y, z = occupancy.shape
-        part = settle(occupancy, distance, velocity, grid.crop(start, (x, y, z)), reach)
-        return part.within(grid, start)
+        distance = (output[1] * AIR).cpu().numpy()
+        velocity = (output[2:] * scale).cpu().numpy()
+        return settle(occupancy, distance, velocity, grid, reach, start)
 
     def tensor(self, array: np.ndarray) -> Tensor:
         """Return a copy of an array as a batch of one on the device."""

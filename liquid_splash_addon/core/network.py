@@ -101,7 +101,10 @@ class ResidualBlock(nn.Module):
         self.second = silent(convolution(width, width, 3))
 
     def forward(self, x: Tensor) -> Tensor:
-        return F.relu_(x + self.second(F.relu_(self.first(x))))
+        change = self.second(F.relu_(self.first(x)))
+        if torch.is_grad_enabled() or change.dtype != x.dtype:
+            return F.relu_(x + change)
+        return F.relu_(change.add_(x))  # no new array, whose memory takes longer than the sum
 
 
 def blocks(width: int, count: int) -> nn.Sequential:
@@ -200,8 +203,9 @@ class DraftNetwork(nn.Module):
             if latent is not None:
                 x = self.modulations[level](x, latent)
             x = self.decoder[level](x)
-        shape, flow = torch.split(pixel_shuffle(self.head(x)).float(), [2, 3], dim=1)
-        return Draft(torch.cat([shape, flow + encoding.flow], dim=1), x)
+        output = pixel_shuffle(self.head(x)).float()
+        output[:, 2:] += encoding.flow
+        return Draft(output, x)
 
 
 class DetailNetwork(nn.Module):

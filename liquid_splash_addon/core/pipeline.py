@@ -101,7 +101,7 @@ def make_splash(
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = within_reach(fields, local, settings.reach).rounded()
+    fields = within_reach(fields, local, settings.reach).round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
         raise StrokeError(

@@ -16,22 +16,24 @@ def pixel_shuffle(x: Tensor, base: Tensor | None = None) -> Tensor:
 
     base : float32 ``(B, C, X, Y, Z)`` that is added to all eight cells of each.
     """
-    if base is not None and base.device.type == "cpu" and not torch.is_grad_enabled():
-        return shuffled_onto(x, base)
     batch, channels, *shape = x.shape
+    if x.device.type == "cpu" and not torch.is_grad_enabled():
+        return shuffled_onto(x, base)
     x = x.reshape(batch, channels // 8, 2, 2, 2, *shape).permute(0, 1, 5, 2, 6, 3, 7, 4)
     if base is not None:
         x = x + base[:, :, :, None, :, None, :, None]
     return x.reshape(batch, channels // 8, *(2 * n for n in shape))
 
 
-def shuffled_onto(x: Tensor, base: Tensor) -> Tensor:
-    """Return what :func:`pixel_shuffle` does, in one pass.
+def shuffled_onto(x: Tensor, base: Tensor | None) -> Tensor:
+    """Return what :func:`pixel_shuffle` does, in float32 and in one pass.
 
     The network's result is its largest array: torch's general sum took as long for it as the
     largest convolution.
     """
-    batch, channels, *shape = base.shape
+    batch, channels, *shape = len(x), x.shape[1] // 8, *x.shape[2:]
+    if base is None:
+        base = x.new_zeros((batch, channels, *shape), dtype=torch.float32)
     result = torch.empty((batch, channels, *(2 * n for n in shape)), dtype=torch.float32)
     cells = x.permute(0, 2, 3, 4, 1).float().contiguous().numpy()
     under = base.contiguous().numpy()

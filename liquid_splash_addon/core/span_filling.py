@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -15,59 +13,44 @@ FILLED = 0.75 * LOCAL_SPACING
 """Distance of the samples on a triangle, metres."""
 
 
-class Filling(NamedTuple):
-    """Samples of patches, before it is known how good each patch is.
+def fill(knots: Knots, patches: Patches, quality: np.ndarray) -> Spans:
+    """Return samples of all patches, at most FILLED apart, each with its patch's ``quality``.
 
-    points, velocities : float32 ``(n, 3)``; first : int64 ``(m + 1,)``, where the samples of each
-    patch begin, and the end.
-    """
-
-    points: np.ndarray
-    velocities: np.ndarray
-    first: np.ndarray
-
-    def spans(self, quality: np.ndarray) -> Spans:
-        """Return them, each with the ``quality`` ``(m, q)`` of its patch, then its velocity."""
-        values = np.empty((len(self.points), quality.shape[1] + 3), dtype=np.float32)
-        _label(values, quality, self.velocities, self.first)
-        return Spans(self.points, values)
-
-
-def fill(knots: Knots, patches: Patches) -> Filling:
-    """Return samples of all patches, at most FILLED apart.
-
-    Rows run from the corner opposite the shortest edge to that edge.
+    quality : ``(m, q)``; the samples' values are ``(n, q + 3)``. Rows run from the corner
+    opposite the shortest edge to that edge.
     """
     points, velocities = knots.points, knots.velocities
     turned, rows = _turn(points, patches.triangles, FILLED)
     first = _count(points, turned, rows, FILLED)
-    where, flow = (np.empty((first[-1], 3), dtype=np.float32) for _ in range(2))
+    where = np.empty((first[-1], 3), dtype=np.float32)
+    kinds = quality.shape[1]
+    values = np.empty((first[-1], kinds + 3), dtype=np.float32)
     _sample(
         points, velocities, turned, rows, patches.normals, patches.sure, FILLED,
-        where, flow,
+        where, values[:, kinds:],
     )  # fmt: skip
-    return Filling(where, flow, first)
+    _label(values, quality, first)
+    return Spans(where, values)
 
 
-@njit(cache=True, nogil=True)
-def _label(values, quality, velocities, first):
-    """Set the values of all samples."""
-    kinds = quality.shape[1]
+@njit(cache=True)
+def _label(values, quality, first):
+    """Give all samples of a triangle, from ``first`` on, its qualities."""
     for n in range(len(quality)):
         for at in range(first[n], first[n + 1]):
-            for k in range(kinds):
+            for k in range(quality.shape[1]):
                 values[at, k] = quality[n, k]
-            for a in range(3):
-                values[at, kinds + a] = velocities[at, a]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _edge(points, a, b):
-    d = points[a] - points[b]
-    return np.sqrt(np.dot(d, d))
+    square = 0.0
+    for i in range(3):  # an array of the difference would take most of the time
+        square += (points[a, i] - points[b, i]) ** 2
+    return np.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _turn(points, triangles, step):
     """Return the triangles with the shortest edge last, and the rows that each needs."""
     turned = triangles.copy()
@@ -87,14 +70,14 @@ def _turn(points, triangles, step):
     return turned, rows
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _columns(points, turned, rows, row, step):
     """Return the steps that a row of a triangle needs."""
     width = _edge(points, turned[1], turned[2]) * row / rows
     return int(np.ceil(width / step))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _count(points, turned, rows, step):
     """Return where each triangle's samples begin, and the end ``(m + 1,)``."""
     first = np.zeros(len(turned) + 1, dtype=np.int64)
@@ -105,9 +88,9 @@ def _count(points, turned, rows, step):
     return first
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _sample(points, velocities, turned, rows, normals, sure, step, where, flow):
-    control = np.empty((7, 3))
+    control, place = np.empty((7, 3)), np.empty((4, 3))
     at = 0
     for n in range(len(turned)):
         _controls(points, turned[n], normals, sure, control)
@@ -115,24 +98,38 @@ def _sample(points, velocities, turned, rows, normals, sure, step, where, flow):
         f = velocities[turned[n, 0]]
         g, h = velocities[turned[n, 1]], velocities[turned[n, 2]]
         for row in range(rows[n] + 1):
+            w = 1 - row / rows[n]
+            _row(p, q, r, control, w, place)
             columns = _columns(points, turned[n], rows[n], row, step)
             for column in range(columns + 1):
-                w = 1 - row / rows[n]
                 v = (1 - w) * (column / max(columns, 1))
-                u = 1 - w - v
                 for a in range(3):
-                    where[at, a] = (
-                        p[a] * w**3 + q[a] * u**3 + r[a] * v**3
-                        + 3 * w * u * (control[0, a] * w + control[1, a] * u)
-                        + 3 * w * v * (control[2, a] * w + control[3, a] * v)
-                        + 3 * u * v * (control[4, a] * u + control[5, a] * v)
-                        + 6 * control[6, a] * w * u * v
-                    )  # fmt: skip
-                    flow[at, a] = w * f[a] + u * g[a] + v * h[a]
+                    where[at, a] = place[0, a] + v * (
+                        place[1, a] + v * (place[2, a] + v * place[3, a])
+                    )
+                    flow[at, a] = w * f[a] + (1 - w) * g[a] + v * (h[a] - g[a])
                 at += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
+def _row(p, q, r, c, w, place):
+    """Set the cubic in v that a PN triangle (their eq. 2) is where its first coordinate is w.
+
+    p, q, r : its corners; c : its other control points. The coordinates are w, 1 - w - v, v.
+    """
+    s = 1 - w
+    for a in range(3):
+        place[0, a] = w**3 * p[a] + 3 * w * s * (w * c[0, a] + s * c[1, a]) + s**3 * q[a]
+        place[1, a] = 3 * (
+            w * w * (c[2, a] - c[0, a]) + 2 * w * s * (c[6, a] - c[1, a]) + s * s * (c[4, a] - q[a])
+        )
+        place[2, a] = 3 * (
+            w * (c[1, a] - 2 * c[6, a] + c[3, a]) + s * (q[a] - 2 * c[4, a] + c[5, a])
+        )
+        place[3, a] = r[a] - q[a] + 3 * (c[4, a] - c[5, a])
+
+
+@njit(cache=True)
 def _controls(points, corners, normals, sure, control):
     """Set the control points of a PN triangle (their eq. 3): six on the edges, one inside."""
     control[6] = 0

@@ -18,7 +18,6 @@ import numpy as np
 from numba import njit
 
 from .strokes import Stroke, resample
-from .threads import workers
 
 WIDEST = 0.08
 """Radius of the ball around the widest triangle, metres: half of those of 0.05 to 0.1 that it
@@ -94,9 +93,8 @@ def span(strokes: Sequence[Stroke]) -> Spans:
     patches = patches_of(knots)
     if not len(patches.triangles):
         return Spans(np.zeros((0, 3), np.float32), np.zeros((0, QUALITIES + 3), np.float32))
-    filling = workers().submit(fill, knots, patches)  # beside the judge, who takes as long
     judged = bundled_judge().judge(graph_of(knots, patches))
-    return filling.result().spans(np.hstack([patches.quality, judged]))
+    return fill(knots, patches, np.hstack([patches.quality, judged]))
 
 
 def knots_of(strokes: Sequence[Stroke]) -> Knots:

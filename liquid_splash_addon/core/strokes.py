@@ -77,15 +77,13 @@ def resample(stroke: Stroke, step: float) -> Stroke:
     Both ends are kept; velocities are interpolated linearly along the arc. The number of
     points is ``ceil(length / step) + 1``.
     """
+    from .polyline import interpolated  # compiles: not when the add-on is registered
+
     along = arc_length(stroke.points)
     count = max(int(np.ceil(along[-1] / step - 1e-6)), 1) + 1
-    targets = np.linspace(0.0, along[-1], count)
-    columns = [
-        np.interp(targets, along, column)
-        for column in np.hstack([stroke.points, stroke.velocities]).T
-    ]
-    table = np.stack(columns, axis=1)
-    return Stroke(table[:, :3], table[:, 3:])
+    table = np.hstack([stroke.points, stroke.velocities]).astype(np.float64)
+    dense = interpolated(np.linspace(0.0, along[-1], count), along, table)
+    return Stroke(dense[:, :3], dense[:, 3:])
 
 
 def resampled_points(strokes: Sequence[Stroke], step: float) -> tuple[np.ndarray, np.ndarray]:
