@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from .span_graph import SpanGraph
-from .weights import WeightsError, default_weights_path, read_file
+from .weights import check_format, damaged, default_weights_path, read_file, read_metadata
 
 KNOT_FEATURES, TRIANGLE_FEATURES, PAIR_FEATURES = 14, 32, 4
 
@@ -153,14 +153,13 @@ def load_judge(path: Path) -> SpanJudge:
     from safetensors import SafetensorError
     from safetensors.torch import load
 
-    judge = SpanJudge()
+    judge, data = SpanJudge(), read_file(path)
+    check_format(read_metadata(data, path), FORMAT, path)
     try:
-        tensors = load(read_file(path))
+        tensors = load(data)
         judge.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
     except (SafetensorError, RuntimeError) as error:
-        raise WeightsError(
-            f"{path} is damaged or not what judges spans: install the add-on again"
-        ) from error
+        raise damaged(path) from error
     return judge.eval()
 
 

@@ -91,31 +91,50 @@ def read_file(path: Path) -> bytes:
         ) from error
 
 
-def read_header(data: bytes, path: Path) -> dict[str, Any]:
-    """Return our header out of a safetensors file; WeightsError if it holds none."""
+def read_metadata(data: bytes, path: Path) -> dict[str, str]:
+    """Return what stands beside the tensors in a safetensors file; WeightsError if nothing does."""
     size = int.from_bytes(data[:8], "little")
     try:
         if len(data) < 8 or size > len(data) - 8:
             raise ValueError("shorter than its header says")
-        metadata = json.loads(data[8 : 8 + size])["__metadata__"]
-        header = json.loads(metadata["header"])
+        return dict(json.loads(data[8 : 8 + size])["__metadata__"])
     except (ValueError, KeyError, TypeError) as error:
+        raise damaged(path) from error
+
+
+def damaged(path: Path) -> WeightsError:
+    """Return the error that says so of the file at ``path``."""
+    return WeightsError(
+        f"{path} is damaged or no weights file of Liquid Splash: install the add-on again "
+        "or choose another file in the preferences"
+    )
+
+
+def check_format(metadata: dict[str, str], expected: str, path: Path) -> None:
+    """Raise WeightsError where a file is of another format than ``expected``."""
+    if metadata.get("format") != expected:
         raise WeightsError(
-            f"{path} is damaged or no weights file of Liquid Splash: install the add-on again "
-            "or choose another file in the preferences"
-        ) from error
-    missing = [name for name in REQUIRED if name not in header]
-    if metadata.get("format") != FORMAT or missing:
-        raise WeightsError(
-            f"{path} has the format {metadata.get('format')!r}, this version reads {FORMAT!r}: "
+            f"{path} has the format {metadata.get('format')!r}, this version reads {expected!r}: "
             "choose weights made for it"
         )
+
+
+def read_header(data: bytes, path: Path) -> dict[str, Any]:
+    """Return our header out of a safetensors file; WeightsError if it holds none."""
+    metadata = read_metadata(data, path)
+    try:
+        header = json.loads(metadata["header"])
+    except (ValueError, KeyError) as error:
+        raise damaged(path) from error
+    check_format(metadata, FORMAT, path)
+    if not isinstance(header, dict) or any(name not in header for name in REQUIRED):
+        raise damaged(path)
     if (header["local_cells"], header["local_spacing"]) != (LOCAL_CELLS, LOCAL_SPACING):
         raise WeightsError(
             f"{path} was trained on another box ({header['local_cells']} cells of "
             f"{header['local_spacing']} m): choose weights made for this version"
         )
-    return dict(header)
+    return header
 
 
 def build(

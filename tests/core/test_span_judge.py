@@ -18,7 +18,7 @@ from liquid_splash_addon.core.span_judge import (  # noqa: E402
 )
 from liquid_splash_addon.core.spans import knots_of, patches_of, span  # noqa: E402
 from liquid_splash_addon.core.strokes import Stroke  # noqa: E402
-from liquid_splash_addon.core.weights import WeightsError  # noqa: E402
+from liquid_splash_addon.core.weights import WeightsError, default_weights_path  # noqa: E402
 
 from .sketching import fan, line  # noqa: E402
 
@@ -148,6 +148,8 @@ def test_a_damaged_judge_is_refused(tmp_path):
     save_judge(SpanJudge(width=8), path, {})
     with pytest.raises(WeightsError, match="install the add-on again"):
         load_judge(path)
+    with pytest.raises(WeightsError, match="liquid-splash-generator-.*this version reads"):
+        load_judge(default_weights_path())
 
 
 def test_strokes_of_one_point_have_no_spans():

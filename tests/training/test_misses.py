@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where answers miss the truth."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.strokes import Stroke
+from training import misses
+
+
+def plate(middle: float, thickness: float, cells: int = 32) -> np.ndarray:
+    """Return the signed distance, cells, to a plate across the third axis."""
+    away = np.abs(np.arange(cells) + 0.5 - middle) - thickness / 2
+    return np.broadcast_to(away, (cells,) * 3).astype(np.float32)
+
+
+def test_what_is_missed_and_added_is_told_by_how_far_off_it_is():
+    truth = plate(10, 4) < 0
+    shares = misses.missed_and_added(plate(11, 4) < 0, truth)
+    assert shares["found"] == pytest.approx(3 / 4) and shares["iou"] == pytest.approx(3 / 5)
+    assert shares["missed_1"] == shares["added_1"] == pytest.approx(1 / 4)
+    far = misses.missed_and_added(plate(24, 4) < 0, truth)
+    assert far["found"] == 0 and far["missed_far"] == far["added_far"] == pytest.approx(1)
+    nothing = misses.missed_and_added(np.zeros_like(truth), truth)
+    assert nothing["missed_far"] == 1 and nothing["added_far"] == 0
+
+
+def test_the_middle_of_a_plate_is_found_from_either_side_and_none_too_far():
+    along = np.array([[0.0, 0.0, 1.0]])
+    for height, normal, expected in ((9.0, 1, 3.0), (15.0, 1, -3.0), (15.0, -1, 3.0)):
+        where = np.array([[16.0, 16.0, height]])
+        found = misses.to_the_middle(plate(12, 4), where, normal * along)
+        assert found == pytest.approx(expected, abs=misses.STEP)
+    assert np.isnan(misses.to_the_middle(plate(12, 4), np.array([[16.0, 16.0, 25.0]]), along))
+
+
+def test_spans_off_a_plate_are_best_when_moved_into_it():
+    """Strokes two cells above a plate span its like, in the wrong place."""
+    grid = Grid.local(64)
+    truth = plate(30.5, 3, 64)
+    low = np.asarray(grid.origin)
+    strokes = []
+    for column in np.linspace(12, 52, 6):
+        cells = np.stack([np.linspace(8, 56, 40), np.full(40, column), np.full(40, 34.0)], axis=1)
+        strokes.append(Stroke(low + cells * grid.spacing, np.ones((40, 3))))
+    found = misses.spans_at_best(strokes, truth, grid)
+    assert found["spans"] == found["spans_in_liquid"] == 0
+    assert found["spans_moved"] > 0.4  # of the plate, the strokes leave a rim
+
+
+def test_the_command(toy_data: Path, run_command, capsys):
+    assert run_command(misses.main, toy_data, "--most", 1, "--cells", 64, "--split", "train") == 0
+    values = dict(line.split() for line in capsys.readouterr().out.splitlines())
+    assert 0 < float(values["spans_in_liquid"]) <= float(values["spans_moved"]) <= 1
+    missed = sum(float(values[f"missed_{n}"]) for n in ("1", "2", "4", "far"))
+    assert float(values["found"]) + missed == pytest.approx(1, abs=0.01)
+    assert run_command(misses.main, toy_data / "none") == 1
