@@ -4,9 +4,10 @@
     python -m training.misses DATA
 
 Liquid that an answer has beside the truth is misplaced, what it has far from it is made up; what
-is far from the answer was not found. Beside that: sheets between the strokes as the strokes alone
-suggest them, those in liquid alone, and those moved to the middle of the nearest liquid. No judge
-of spans can do better than these.
+is far from the answer was not found. How near answers are, by how far it is to a stroke: in cells
+that strokes cross nothing has to be guessed but how the liquid lies about them. And sheets between
+the strokes as the strokes alone suggest them, those in liquid alone, and those moved to the middle
+of the nearest liquid: no judge of spans can do better than these.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ from .metrics import average, iou
 NEAR = (1.0, 2.0, 4.0)
 """Cells; what is farther off than the last is far."""
 
+AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0)
+"""Bounds, in cells, of the distances from strokes by which answers are told apart."""
+
 REACH = 8.0
 """Cells along its normal in which liquid is looked for from a sample of a span."""
 
@@ -58,6 +62,21 @@ def missed_and_added(guess: np.ndarray, truth: np.ndarray) -> dict[str, float]:
         counts = np.histogram(off, [0.0, *(n + 0.01 for n in NEAR), np.inf])[0] / volume
         for place, share in zip([*(f"{n:.0f}" for n in NEAR), "far"], counts, strict=True):
             shares[f"{name}_{place}"] = float(share)
+    return shares
+
+
+def by_distance(guess: np.ndarray, truth: np.ndarray, drawn: np.ndarray) -> dict[str, float]:
+    """Return the IoU among cells of a distance from strokes, and the share of the truth there.
+
+    'iou_to_0.5' is of the cells that strokes cross, 'iou_to_1.5' of those beyond up to 1.5 cells
+    away, ..., 'iou_beyond' of the rest; NaN where there is no liquid. bool ``(X, Y, Z)``
+    """
+    groups = np.digitize(distance_to(drawn), AWAY, right=True)
+    shares = {}
+    for number, name in enumerate([*(f"to_{bound:g}" for bound in AWAY), "beyond"]):
+        mine, theirs = guess & (groups == number), truth & (groups == number)
+        shares[f"iou_{name}"] = iou(mine, theirs) if (mine | theirs).any() else np.nan
+        shares[f"truth_{name}"] = float(theirs.sum() / max(truth.sum(), 1))
     return shares
 
 
@@ -135,7 +154,9 @@ def main() -> int:
         sample, strokes = held_out_sample(item, args.cells)
         guess = answer.generate(sample.condition, sample.grid).occupancy > 0.5
         local = fit_frame(strokes).strokes_to_local(strokes)
-        rows.append(missed_and_added(guess, sample.distance < 0))
+        truth = sample.distance < 0
+        rows.append(missed_and_added(guess, truth))
+        rows.append(by_distance(guess, truth, sample.condition.drawn))
         rows.append(spans_at_best(local, sample.distance, sample.grid))
     for name, value in average(rows).items():
         print(f"{name:16} {value:.3f}")

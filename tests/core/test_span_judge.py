@@ -148,7 +148,7 @@ def test_a_damaged_judge_is_refused(tmp_path):
     save_judge(SpanJudge(width=8), path, {})
     with pytest.raises(WeightsError, match="install the add-on again"):
         load_judge(path)
-    with pytest.raises(WeightsError, match="liquid-splash-generator-.*this version reads"):
+    with pytest.raises(WeightsError, match=r"liquid-splash-generator-.*this version reads"):
         load_judge(default_weights_path())
 
 

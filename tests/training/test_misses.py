@@ -28,6 +28,16 @@ def test_what_is_missed_and_added_is_told_by_how_far_off_it_is():
     assert nothing["missed_far"] == 1 and nothing["added_far"] == 0
 
 
+def test_answers_are_told_apart_by_how_far_it_is_to_a_stroke():
+    drawn = np.zeros((32,) * 3, dtype=bool)
+    drawn[:, :, 10] = True
+    truth, guess = plate(10.5, 7) < 0, plate(10.5, 3) < 0
+    found = misses.by_distance(guess, truth, drawn)
+    assert found["iou_to_0.5"] == found["iou_to_1.5"] == 1 and found["iou_to_3"] == 0
+    assert found["truth_to_0.5"] == pytest.approx(1 / 7)
+    assert found["truth_to_3"] == pytest.approx(2 / 7 + 2 / 7) and np.isnan(found["iou_beyond"])
+
+
 def test_the_middle_of_a_plate_is_found_from_either_side_and_none_too_far():
     along = np.array([[0.0, 0.0, 1.0]])
     for height, normal, expected in ((9.0, 1, 3.0), (15.0, 1, -3.0), (15.0, -1, 3.0)):
