@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How ruptured answers are to sketches of true splashes, drawn slowly and fast (paper, Fig. 7).
+
+    python -m training.slow_and_fast DATA
+
+The sketches that claims are tried on are few and whole; these are many, and some come in pieces.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.voxels import rasterize
+from liquid_splash_addon.core.weights import default_weights_path
+
+from .answers import Answer, load_answer
+from .claims import PIECE_CELLS
+from .dataset import Item, choose, held_out_strokes, load_items
+from .metrics import average, surface_cells
+from .shapes import pieces, tunnels
+from .trials import FAST, SLOW
+
+Row = dict[str, float]
+
+
+def drawn_at(strokes: Sequence[Stroke], speed: float) -> list[Stroke]:
+    """Return the strokes, all velocities times one factor: ``speed`` m/s in the mean."""
+    mean = np.linalg.norm(np.concatenate([s.velocities for s in strokes]), axis=1).mean()
+    return [Stroke(s.points, s.velocities * (speed / max(mean, 1e-9))) for s in strokes]
+
+
+def figures(liquid: np.ndarray) -> Row:
+    """Return how ruptured liquid is, bool ``(X, Y, Z)``.
+
+    pieces : of PIECE_CELLS or more; holes : through it; surface : share of its cells that have an
+    empty neighbour; volume : cells.
+    """
+    volume = float(liquid.sum())
+    return {
+        "pieces": float(len(pieces(liquid, PIECE_CELLS))),
+        "holes": float(tunnels(liquid)),
+        "surface": len(surface_cells(liquid)) / max(volume, 1.0),
+        "volume": volume,
+    }
+
+
+def slow_and_fast(answer: Answer, item: Item, cells: int) -> tuple[Row, Row]:
+    """Return the figures of the answers to a frame's sketch at the speeds SLOW and FAST.
+
+    Those are a hand's, and the liquid's are faster by the add-on's default gain.
+    """
+    strokes, grid = held_out_strokes(item, item.load()), Grid.local(cells)
+    local = fit_frame(strokes).strokes_to_local(strokes)
+    gain = SplashSettings().speed_gain
+    slow, fast = (
+        figures(
+            answer.generate(rasterize(drawn_at(local, gain * speed), grid), grid).occupancy > 0.5
+        )
+        for speed in (SLOW, FAST)
+    )
+    return slow, fast
+
+
+def difference(
+    rows: Sequence[tuple[Row, Row]], seeds: Sequence[int], name: str
+) -> tuple[float, float]:
+    """Return the mean of slow less fast, and its standard error over scenes (``seeds``)."""
+    found: dict[int, list[float]] = {}
+    for (slow, fast), seed in zip(rows, seeds, strict=True):
+        found.setdefault(seed, []).append(slow[name] - fast[name])
+    means = np.array([np.mean(differences) for differences in found.values()])
+    return float(means.mean()), float(means.std(ddof=1) / np.sqrt(len(means)))
+
+
+def main() -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("data", type=Path, help="directory of the data set")
+    parser.add_argument("--model", type=Path, default=default_weights_path(), help="weights")
+    parser.add_argument("--split", default="test", choices=("train", "validation", "test"))
+    parser.add_argument("--most", type=int, default=120, help="frames at the most")
+    parser.add_argument("--cells", type=int, default=128, help="side of the box")
+    args = parser.parse_args()
+    try:
+        items = choose(load_items(args.data, args.split), args.most)
+        answer = load_answer(args.model)
+        if len({item.seed for item in items}) < 2:
+            raise ValueError("frames of one scene have no standard error: give more of them")
+    except (OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    bar = tqdm(items, unit="frame", leave=False)
+    rows = [slow_and_fast(answer, item, args.cells) for item in bar]
+    slow, fast = (average([row[which] for row in rows]) for which in (0, 1))
+    for name in slow:
+        apart, spread = difference(rows, [item.seed for item in items], name)
+        means = f"slow {slow[name]:.3f} fast {fast[name]:.3f}"
+        print(f"{name:8} {means} apart {apart:+.3f} ± {spread:.3f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
