@@ -186,7 +186,9 @@ def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
         assert done.returncode == 0, done.stderr
         curves.append(torch.load(out / "checkpoint.pt", weights_only=True)["learner"]["network"])
     for name, tensor in curves[0].items():
-        assert torch.allclose(curves[1][name], tensor, atol=2e-5), name
+        # After one step they differ by 1e-9, after two by 1e-6: Muon enlarges what rounding leaves,
+        # after four tenfold again, whichever way the sums are taken. Other samples would be 1e-3.
+        assert torch.allclose(curves[1][name], tensor, atol=5e-6), name
 
 
 TWO_PROCESSES = """
@@ -200,7 +202,7 @@ from liquid_splash_addon.core.network import NetworkConfig
 
 rank, world = parallel.start()
 shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
-config = TrainConfig(steps=4, batch=4, cells=32, crop=32, warmup=1)
+config = TrainConfig(steps=2, batch=4, cells=32, crop=32, warmup=1)
 items = load_items(Path(sys.argv[1]), "train")
 out = Path(sys.argv[2])
 out.mkdir(exist_ok=True)
