@@ -43,16 +43,20 @@ class Fields:
         return np.asarray(np.clip(0.5 - self.distance / PHI_CELLS, 0.0, 1.0))
 
     def round_off(self) -> Fields:
-        """Make the fields what they come back as from :meth:`to_bytes`, and return them.
+        """Return the fields as they come back from :meth:`to_bytes`.
 
-        What is made of these now can be made again, exactly, from a saved file. In place: new
-        arrays would take most of the time.
+        What is made of these now can be made again, exactly, from a saved file. The arrays are
+        the same, changed in place, where they are contiguous: new ones would take most of the
+        time.
         """
-        _round_shares(self.occupancy.ravel())
-        near = np.flatnonzero(self.distance < AIR)  # a few cells in a hundred
-        for field in (self.distance, *self.velocity):
+        occupancy, distance, velocity = (
+            np.ascontiguousarray(array) for array in (self.occupancy, self.distance, self.velocity)
+        )
+        _round_shares(occupancy.ravel())
+        near = np.flatnonzero(distance < AIR)  # a few cells in a hundred
+        for field in (distance, *velocity):
             field.ravel()[near] = field.ravel()[near].astype(np.float16)
-        return self
+        return Fields(occupancy, distance, velocity, self.grid)
 
     def to_bytes(self) -> bytes:
         """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.

@@ -146,3 +146,8 @@ def test_rounded_fields_are_what_a_file_gives_back():
     np.testing.assert_array_equal(rounded.velocity, stored.velocity)
     assert rounded.grid == stored.grid
     assert np.abs(rounded.distance - fields.distance).max() < 2e-3
+    turned = Fields(*(np.asfortranarray(array) for array in (
+        fields.occupancy, fields.distance, fields.velocity)), fields.grid).round_off()  # fmt: skip
+    np.testing.assert_array_equal(turned.velocity, stored.velocity)
+    np.testing.assert_array_equal(turned.distance, stored.distance)
+    np.testing.assert_array_equal(turned.occupancy, stored.occupancy)
