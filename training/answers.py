@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,13 +15,13 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.generator import Generator
-from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.latent import draw_latent
 from liquid_splash_addon.core.precision import PRECISIONS
 from liquid_splash_addon.core.voxels import Condition
-from liquid_splash_addon.core.weights import load_generator
+from liquid_splash_addon.core.weights import default_weights_path, load_generator
 
-from .dataset import Item, held_out_sample
+from .dataset import SPLITS, Item, choose, held_out_sample, load_items
 from .metrics import iou
 
 CHECKPOINT = "checkpoint.pt"
@@ -150,3 +151,21 @@ def latents_for(answer: Answer, count: int) -> list[np.ndarray]:
         drawn = [draw_latent(answer.config, seed, 1.0) for seed in range(count)]
         return [latent for latent in drawn if latent is not None]
     return [np.random.default_rng(seed).standard_normal(8) for seed in range(count)]
+
+
+def read_arguments(about: str | None, most: int) -> argparse.Namespace:
+    """Return the options of a command that measures a model on frames, ``most`` by default."""
+    parser = argparse.ArgumentParser(
+        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("data", type=Path, help="directory of the data set")
+    parser.add_argument("--model", type=Path, default=default_weights_path(), help="weights or run")
+    parser.add_argument("--split", default="test", choices=SPLITS)
+    parser.add_argument("--most", type=int, default=most, help="frames at the most")
+    parser.add_argument("--cells", type=int, default=LOCAL_CELLS, help="side of the box")
+    return parser.parse_args()
+
+
+def chosen(args: argparse.Namespace) -> tuple[list[Item], Answer]:
+    """Return the frames and the model that the options name; ValueError where there are none."""
+    return choose(load_items(args.data, args.split), args.most), load_answer(args.model)

@@ -12,10 +12,8 @@ of the nearest liquid: no judge of spans can do better than these.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -26,11 +24,10 @@ from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.span_filling import fill
 from liquid_splash_addon.core.spans import knots_of, patches_of
 from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.weights import default_weights_path
 
-from .answers import load_answer
+from .answers import chosen, read_arguments
 from .baselines import distance_to
-from .dataset import choose, held_out_sample, load_items
+from .dataset import held_out_sample
 from .metrics import average, iou
 
 NEAR = (1.0, 2.0, 4.0)
@@ -134,18 +131,9 @@ def marked(grid: Grid, *places: np.ndarray) -> np.ndarray:
 
 def main() -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("data", type=Path, help="directory of the data set")
-    parser.add_argument("--model", type=Path, default=default_weights_path(), help="weights or run")
-    parser.add_argument("--split", default="test", choices=("train", "validation", "test"))
-    parser.add_argument("--most", type=int, default=40, help="frames at the most")
-    parser.add_argument("--cells", type=int, default=128, help="side of the box")
-    args = parser.parse_args()
+    args = read_arguments(__doc__, most=40)
     try:
-        items = choose(load_items(args.data, args.split), args.most)
-        answer = load_answer(args.model)
+        items, answer = chosen(args)
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -8,10 +8,8 @@ The sketches that claims are tried on are few and whole; these are many, and som
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
@@ -21,11 +19,10 @@ from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
-from liquid_splash_addon.core.weights import default_weights_path
 
-from .answers import Answer, load_answer
+from .answers import Answer, chosen, read_arguments
 from .claims import PIECE_CELLS
-from .dataset import Item, choose, held_out_strokes, load_items
+from .dataset import Item, held_out_strokes
 from .metrics import average, surface_cells
 from .shapes import pieces, tunnels
 from .trials import FAST, SLOW
@@ -84,18 +81,9 @@ def difference(
 
 def main() -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("data", type=Path, help="directory of the data set")
-    parser.add_argument("--model", type=Path, default=default_weights_path(), help="weights")
-    parser.add_argument("--split", default="test", choices=("train", "validation", "test"))
-    parser.add_argument("--most", type=int, default=120, help="frames at the most")
-    parser.add_argument("--cells", type=int, default=128, help="side of the box")
-    args = parser.parse_args()
+    args = read_arguments(__doc__, most=120)
     try:
-        items = choose(load_items(args.data, args.split), args.most)
-        answer = load_answer(args.model)
+        items, answer = chosen(args)
         if len({item.seed for item in items}) < 2:
             raise ValueError("frames of one scene have no standard error: give more of them")
     except (OSError, ValueError) as error:
