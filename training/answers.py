@@ -23,6 +23,7 @@ from liquid_splash_addon.core.weights import default_weights_path, load_generato
 
 from .dataset import SPLITS, Item, choose, held_out_sample, load_items
 from .metrics import iou
+from .sketching import STROKES_IN_TESTS
 
 CHECKPOINT = "checkpoint.pt"
 
@@ -163,7 +164,17 @@ def read_arguments(about: str | None, most: int) -> argparse.Namespace:
     parser.add_argument("--split", default="test", choices=SPLITS)
     parser.add_argument("--most", type=int, default=most, help="frames at the most")
     parser.add_argument("--cells", type=int, default=LOCAL_CELLS, help="side of the box")
+    parser.add_argument(
+        "--strokes",
+        type=int,
+        help=f"in each sketch; by default {STROKES_IN_TESTS[0]} to {STROKES_IN_TESTS[1]}",
+    )
     return parser.parse_args()
+
+
+def stroke_counts(args: argparse.Namespace) -> tuple[int, int]:
+    """Return the range of the number of strokes that the options ask for."""
+    return (args.strokes, args.strokes) if args.strokes else STROKES_IN_TESTS
 
 
 def chosen(args: argparse.Namespace) -> tuple[list[Item], Answer]:

@@ -198,16 +198,20 @@ def _resample(source, source_velocity, steps, start, ratio, axes, distance, velo
                         )
 
 
-def held_out_strokes(item: Item, stored: StoredFrame) -> list[Stroke]:
+def held_out_strokes(
+    item: Item, stored: StoredFrame, counts: tuple[int, int] = STROKES_IN_TESTS
+) -> list[Stroke]:
     """Return the strokes of a frame for figures: as many as the paper's, the same at every call."""
     rng = np.random.default_rng([item.seed, item.number])
     lines = trace_frame(stored, item.spacing, rng)
-    return draw_strokes(lines, rng, STROKES_IN_TESTS, jitter=False)
+    return draw_strokes(lines, rng, counts, jitter=False)
 
 
-def held_out_sample(item: Item, cells: int) -> tuple[Sample, list[Stroke]]:
+def held_out_sample(
+    item: Item, cells: int, counts: tuple[int, int] = STROKES_IN_TESTS
+) -> tuple[Sample, list[Stroke]]:
     """Return the pair and strokes of an unseen frame, the same at every call."""
     stored = item.load()
-    strokes = held_out_strokes(item, stored)
+    strokes = held_out_strokes(item, stored, counts)
     grids = [Grid.local(cells)]
     return samples_on(stored, item.spacing, strokes, fit_frame(strokes), grids)[0], strokes

@@ -25,7 +25,7 @@ from liquid_splash_addon.core.span_filling import fill
 from liquid_splash_addon.core.spans import knots_of, patches_of
 from liquid_splash_addon.core.strokes import Stroke
 
-from .answers import chosen, read_arguments
+from .answers import chosen, read_arguments, stroke_counts
 from .baselines import distance_to
 from .dataset import held_out_sample
 from .metrics import average, iou
@@ -139,7 +139,7 @@ def main() -> int:
         return 1
     rows = []
     for item in tqdm(items, unit="frame", leave=False):
-        sample, strokes = held_out_sample(item, args.cells)
+        sample, strokes = held_out_sample(item, args.cells, stroke_counts(args))
         guess = answer.generate(sample.condition, sample.grid).occupancy > 0.5
         local = fit_frame(strokes).strokes_to_local(strokes)
         truth = sample.distance < 0

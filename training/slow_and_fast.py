@@ -15,16 +15,19 @@ import numpy as np
 from tqdm import tqdm
 
 from liquid_splash_addon.core.alignment import fit_frame
+from liquid_splash_addon.core.breakup import broken_up
+from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.meshing import surface
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
 
-from .answers import Answer, chosen, read_arguments
+from .answers import Answer, chosen, read_arguments, stroke_counts
 from .claims import PIECE_CELLS
 from .dataset import Item, held_out_strokes
-from .metrics import average, surface_cells
-from .shapes import pieces, tunnels
+from .metrics import average
+from .shapes import pieces, surface_to_volume, tunnels
 from .trials import FAST, SLOW
 
 Row = dict[str, float]
@@ -36,36 +39,47 @@ def drawn_at(strokes: Sequence[Stroke], speed: float) -> list[Stroke]:
     return [Stroke(s.points, s.velocities * (speed / max(mean, 1e-9))) for s in strokes]
 
 
-def figures(liquid: np.ndarray) -> Row:
-    """Return how ruptured liquid is, bool ``(X, Y, Z)``.
+def figures(fields: Fields) -> Row:
+    """Return how ruptured liquid is.
 
-    pieces : of PIECE_CELLS or more; holes : through it; surface : share of its cells that have an
-    empty neighbour; volume : cells.
+    pieces : of PIECE_CELLS or more; holes : through it; surface : of the mesh over its volume,
+    1/cm; volume : cells.
     """
-    volume = float(liquid.sum())
+    liquid = fields.occupancy > 0.5
     return {
         "pieces": float(len(pieces(liquid, PIECE_CELLS))),
         "holes": float(tunnels(liquid)),
-        "surface": len(surface_cells(liquid)) / max(volume, 1.0),
-        "volume": volume,
+        "surface": surface_to_volume(surface(fields)) / 100 if liquid.any() else np.nan,
+        "volume": float(liquid.sum()),
     }
 
 
-def slow_and_fast(answer: Answer, item: Item, cells: int) -> tuple[Row, Row]:
+def slow_and_fast(
+    answer: Answer, item: Item, cells: int, counts: tuple[int, int]
+) -> tuple[Row, Row]:
     """Return the figures of the answers to a frame's sketch at the speeds SLOW and FAST.
 
-    Those are a hand's, and the liquid's are faster by the add-on's default gain.
+    Those are a hand's, and the liquid's are faster by the add-on's default gain. As the networks
+    answer, and as the add-on breaks that up.
     """
-    strokes, grid = held_out_strokes(item, item.load()), Grid.local(cells)
+    strokes, grid = held_out_strokes(item, item.load(), counts), Grid.local(cells)
     local = fit_frame(strokes).strokes_to_local(strokes)
-    gain = SplashSettings().speed_gain
+    settings = SplashSettings()
     slow, fast = (
-        figures(
-            answer.generate(rasterize(drawn_at(local, gain * speed), grid), grid).occupancy > 0.5
-        )
+        answer_figures(answer, drawn_at(local, settings.speed_gain * speed), grid, settings)
         for speed in (SLOW, FAST)
     )
     return slow, fast
+
+
+def answer_figures(
+    answer: Answer, strokes: Sequence[Stroke], grid: Grid, settings: SplashSettings
+) -> Row:
+    """Return the figures of the answer to strokes in local metres, before and after Breakup."""
+    fields = answer.generate(rasterize(strokes, grid), grid)
+    row = figures(fields)
+    after = figures(broken_up(fields, strokes, settings))
+    return row | {f"{name}, broken up": value for name, value in after.items()}
 
 
 def difference(
@@ -90,12 +104,12 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 1
     bar = tqdm(items, unit="frame", leave=False)
-    rows = [slow_and_fast(answer, item, args.cells) for item in bar]
+    rows = [slow_and_fast(answer, item, args.cells, stroke_counts(args)) for item in bar]
     slow, fast = (average([row[which] for row in rows]) for which in (0, 1))
     for name in slow:
         apart, spread = difference(rows, [item.seed for item in items], name)
         means = f"slow {slow[name]:.3f} fast {fast[name]:.3f}"
-        print(f"{name:8} {means} apart {apart:+.3f} ± {spread:.3f}")
+        print(f"{name:18} {means} apart {apart:+.3f} ± {spread:.3f}")
     return 0
 
 

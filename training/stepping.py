@@ -15,7 +15,7 @@ from liquid_splash_addon.core.fluid.extrapolation import extrapolate, valid_face
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, project, spread_apart
 from liquid_splash_addon.core.fluid.sheets import resample_sheets
-from liquid_splash_addon.core.fluid.surface_tension import surface_pressure
+from liquid_splash_addon.core.fluid.surface_tension import WATER, surface_pressure
 from liquid_splash_addon.core.fluid.transfer import faces_to_particles, particles_to_faces
 
 from .obstacles import Obstacle, collide, open_share
@@ -23,9 +23,6 @@ from .scenes import Scene
 
 GRAVITY = 9.81
 """m/s^2, down."""
-
-SURFACE_TENSION = 7.28e-5
-"""Of water against air over its density, m^3/s^2."""
 
 LAYERS = 2
 """Layers of air cells with a velocity: a particle moves CFL / 2 cells to the midpoint."""
@@ -98,7 +95,7 @@ class World:
     def of(cls, scene: Scene, physics: Physics | None = None) -> World:
         """Return the world of ``scene``."""
         h = scene.spacing
-        tension = SURFACE_TENSION / h**3
+        tension = WATER / h**3
         body = scene.obstacle.scaled(1 / h)
         return cls(scene.cells, GRAVITY / h, tension, body, physics or Physics())
 

@@ -19,6 +19,9 @@ PHI_CELLS = 4.0
 AIR = 3.0
 """Distance, in cells, that stands for "far from the liquid"."""
 
+NEAREST = 0.1
+"""Least distance, in cells, of a cell to the surface: each is on one side of it."""
+
 
 @dataclass(frozen=True)
 class Fields:
@@ -107,8 +110,8 @@ def settle(
 ) -> Fields:
     """Return Fields whose parts agree: occupancy decides where liquid is.
 
-    The distance keeps the sign of 0.5 - occupancy (at least a tenth of a cell where both
-    disagree) and the velocity ends where the distance does.
+    The distance keeps the sign of 0.5 - occupancy, at least NEAREST from the surface, and the
+    velocity ends where the distance does.
 
     reach : greatest distance that is known, cells; start : the cell of ``grid`` where the
     arrays begin, which may be of a part of it: elsewhere is air.
@@ -135,16 +138,16 @@ def _settle(
     velocities: np.ndarray,
 ) -> None:
     """Write what the first three arrays say, once they agree, into the last three."""
-    tenth = np.float32(0.1)
+    nearest = np.float32(NEAREST)
     for i in range(occupancy.shape[0]):
         for j in range(occupancy.shape[1]):
             for k in range(occupancy.shape[2]):
                 shares[i, j, k] = occupancy[i, j, k]
                 away = min(max(distance[i, j, k], -reach), reach)
                 if occupancy[i, j, k] > 0.5:
-                    away = min(away, -tenth)
+                    away = min(away, -nearest)
                 else:
-                    away = max(away, tenth)
+                    away = max(away, nearest)
                 if away < reach - 0.01:
                     distances[i, j, k] = away
                     for a in range(3):

@@ -121,14 +121,15 @@ def level_of_volume(level: np.ndarray, blurred: np.ndarray) -> float:
     """
     from scipy.optimize import brentq
 
-    volume = _filled(level[level < 0.5])
+    volume = filled(level[level < 0.5])
     near = blurred[blurred < LEVEL_BAND]
     return float(
-        brentq(lambda iso: _filled(near - iso) - volume, -LEVEL_BAND, LEVEL_BAND, xtol=1e-4)
+        brentq(lambda iso: filled(near - iso) - volume, -LEVEL_BAND, LEVEL_BAND, xtol=1e-4)
     )
 
 
-def _filled(level: np.ndarray) -> float:
+def filled(level: np.ndarray) -> float:
+    """Return the volume in cells of those of ``level``; one the surface cuts counts in part."""
     return float(np.clip(0.5 - level, 0.0, 1.0).sum(dtype=np.float64))
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .alignment import Frame, fit_frame
+from .breakup import broken_up
 from .fields import Fields
 from .grid import Grid
 from .latent import draw_latent
@@ -101,7 +102,8 @@ def make_splash(
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = within_reach(fields, local, settings.reach).round_off()
+    fields = within_reach(fields, local, settings.reach)
+    fields = broken_up(fields, local, settings).round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
         raise StrokeError(

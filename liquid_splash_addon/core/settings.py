@@ -99,6 +99,15 @@ class SplashSettings(Settings):
         high=0.4,
         soft=0.1,
     )
+    breakup: float = setting(
+        1.0,
+        "Breakup",
+        "Surface tension over that of water: the more, and the slower the liquid flows, the sooner "
+        "what is thin parts into strands and drops (0: never)",
+        low=0.0,
+        high=10.0,
+        soft=4.0,
+    )
     device: str = setting(
         "AUTO",
         "Device",

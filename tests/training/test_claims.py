@@ -66,23 +66,7 @@ def ball(cells=64, centre=(0.03, 0.0, -0.05), radius=0.06) -> Fields:
     return fields_of((away - radius) / grid.spacing, grid)
 
 
-NOT_YET = {
-    "speed.pieces_ratio": "one piece at any speed, as in the data (training.ruptures)",
-}
-"""Bounds that the bundled weights miss. A bound that they begin to keep must leave this list."""
-
-
-def bounds() -> list[object]:
-    """Return the names of the bounds, the missed ones marked so."""
-    return [
-        pytest.param(name, marks=pytest.mark.xfail(reason=NOT_YET[name], strict=True))
-        if name in NOT_YET
-        else name
-        for name in claims.BOUNDS
-    ]
-
-
-@pytest.mark.parametrize("name", bounds())
+@pytest.mark.parametrize("name", claims.BOUNDS)
 def test_the_bundled_weights_keep_to_the_bounds(name):
     claim, figure = name.split(".")
     value = measured(claim)[figure]

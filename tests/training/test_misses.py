@@ -67,4 +67,12 @@ def test_the_command(toy_data: Path, run_command, capsys):
     assert 0 < float(values["spans_in_liquid"]) <= float(values["spans_moved"]) <= 1
     missed = sum(float(values[f"missed_{n}"]) for n in ("1", "2", "4", "far"))
     assert float(values["found"]) + missed == pytest.approx(1, abs=0.01)
+    assert (
+        run_command(
+            misses.main, toy_data, "--most", 1, "--cells", 64, "--split", "train", "--strokes", 1
+        )
+        == 0
+    )
+    fewer = dict(line.split() for line in capsys.readouterr().out.splitlines())
+    assert float(fewer["truth_to_0.5"]) < float(values["truth_to_0.5"])
     assert run_command(misses.main, toy_data / "none") == 1

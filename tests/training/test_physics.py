@@ -11,6 +11,7 @@ from liquid_splash_addon.core.fluid.cells import activate
 from liquid_splash_addon.core.fluid.density import enclosed_cells, room, volume_share
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence
+from liquid_splash_addon.core.fluid.surface_tension import WATER
 from tests.training.liquids import SPACING, at_rest, block, momentum, tank
 from training.families import random_scene
 from training.obstacles import NOTHING, Obstacle, open_share
@@ -18,7 +19,6 @@ from training.scenes import Streamlet
 from training.simulate import overlap
 from training.stepping import (
     GRAVITY,
-    SURFACE_TENSION,
     Physics,
     World,
     advance,
@@ -194,7 +194,7 @@ def test_surface_tension_rounds_a_rod():
     spacing = 0.001
     ratios = []
     for tension in (True, False):
-        world = World(80, 0.0, SURFACE_TENSION / spacing**3, NOTHING, Physics(tension=tension))
+        world = World(80, 0.0, WATER / spacing**3, NOTHING, Physics(tension=tension))
         liquid = advance(at_rest(block((30, 37, 37), (50, 43, 43))), world, 0.05)
         spread = liquid.particles.positions.std(axis=0)
         ratios.append(spread[0] / spread[1:].mean())

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.strokes import Stroke
 from training import slow_and_fast
 from training.dataset import load_items, split_of
@@ -30,10 +32,21 @@ def test_a_sheet_with_a_hole_and_a_drop_is_more_ruptured_than_a_block():
     sheet[16:20, 16:20, 14:18] = True
     block = np.zeros_like(sheet)
     block[4:16, 4:16, 4:16] = True
-    ruptured, whole = slow_and_fast.figures(sheet), slow_and_fast.figures(block)
+    ruptured, whole = (slow_and_fast.figures(fields_of(cells)) for cells in (sheet, block))
     assert (ruptured["pieces"], ruptured["holes"]) == (2, 1)
     assert (whole["pieces"], whole["holes"]) == (1, 0)
-    assert ruptured["surface"] > 0.9 > whole["surface"]
+    assert whole["volume"] == 12**3
+    # A sheet two cells thick has 1 / cell of 1 / h; a cube of 12 cells, half of that.
+    cells = 100 * Grid.local(128).spacing
+    assert ruptured["surface"] * cells > 0.8 > 0.6 > whole["surface"] * cells > 0.4
+
+
+def fields_of(liquid: np.ndarray) -> Fields:
+    """Return fields of such cells at rest."""
+    distance = np.where(liquid, -1.0, 1.0).astype(np.float32)
+    still = np.zeros((3, *liquid.shape), dtype=np.float32)
+    grid = Grid.local(128).crop((0, 0, 0), liquid.shape)
+    return Fields(liquid.astype(np.float32), distance, still, grid)
 
 
 def test_the_difference_counts_scenes_not_frames():
@@ -51,6 +64,8 @@ def test_the_command(toy_data: Path, tmp_path: Path, run_command, capsys):
     where = ("--split", "train", "--cells", 64)
     assert run_command(slow_and_fast.main, tmp_path, "--most", 2, *where) == 0
     said = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in said] == ["pieces", "holes", "surface", "volume"]
+    names = ["pieces", "holes", "surface", "volume"]
+    names += [f"{name}, broken up" for name in names]
+    assert [line.split(" slow ")[0].strip() for line in said] == names
     assert run_command(slow_and_fast.main, tmp_path, "--most", 1, *where) == 1
     assert "give more of them" in capsys.readouterr().err

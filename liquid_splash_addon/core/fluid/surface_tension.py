@@ -10,6 +10,9 @@ from .cells import Cells
 from .density import volume_share
 from .particles import Particles
 
+WATER = 7.28e-5
+"""Surface tension of water over its density, m^3/s^2, at 20 degrees."""
+
 SHARPEST = 1.0
 """Largest curvature, 1/cells: what the grid cannot resolve must not push."""
 
