@@ -9,7 +9,7 @@ are too coarse for surface tension. Here a disturbance grows as on a liquid thre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -17,8 +17,7 @@ from numba import njit
 from .fields import AIR, NEAREST, Fields
 from .fluid.surface_tension import WATER
 from .grid import LOCAL_SPACING
-from .meshing import filled
-from .reach import probability
+from .meshing import balanced, filled, probability
 from .refinement.level import Liquid
 from .refinement.ruptures import slope
 from .settings import SplashSettings
@@ -261,10 +260,3 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     width = np.sqrt(2 * np.pi) * ROUNDING  # cells over which a blurred plane's share falls
     moved = (1 - share) * level[where] + share * (0.5 - blurred) * width
     return balanced(lambda more: moved + share * more, filled(level[where]))
-
-
-def balanced(shifted: Callable[[float], np.ndarray], volume: float) -> np.ndarray:
-    """Return ``shifted(more)``, a level, for the number that gives it ``volume``, in cells."""
-    from scipy.optimize import brentq
-
-    return shifted(brentq(lambda more: filled(shifted(more)) - volume, -9.0, 9.0, xtol=1e-3))

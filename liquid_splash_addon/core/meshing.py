@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -133,6 +134,13 @@ def filled(level: np.ndarray) -> float:
     return float(np.clip(0.5 - level, 0.0, 1.0).sum(dtype=np.float64))
 
 
+def balanced(shifted: Callable[[float], np.ndarray], volume: float) -> np.ndarray:
+    """Return ``shifted(more)``, a level, for the number that gives it ``volume``, in cells."""
+    from scipy.optimize import brentq
+
+    return shifted(brentq(lambda more: filled(shifted(more)) - volume, -9.0, 9.0, xtol=1e-3))
+
+
 def smooth(
     vertices: np.ndarray, faces: np.ndarray, iterations: int = SMOOTHING_STEPS
 ) -> np.ndarray:
@@ -187,6 +195,13 @@ def surface_level(fields: Fields, threshold: float) -> np.ndarray:
     odds = np.minimum(fields.occupancy.ravel()[near], 1 - SURE)
     level.ravel()[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
     return level
+
+
+def probability(level: np.ndarray) -> np.ndarray:
+    """Return the occupancy, float32, of which ``level`` is the :func:`surface_level`."""
+    from scipy.special import expit
+
+    return np.asarray(expit(-2 * level), dtype=np.float32)
 
 
 def liquid_box(level: np.ndarray, margin: int = 4) -> tuple[slice, slice, slice] | None:

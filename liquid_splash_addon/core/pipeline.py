@@ -11,6 +11,7 @@ import numpy as np
 
 from .alignment import Frame, fit_frame
 from .breakup import broken_up
+from .edges import smoothed_edges
 from .fields import Fields
 from .grid import Grid
 from .latent import draw_latent
@@ -102,7 +103,7 @@ def make_splash(
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = within_reach(fields, local, settings.reach)
+    fields = within_reach(smoothed_edges(fields), local, settings.reach)
     fields = broken_up(fields, local, settings).round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():

@@ -9,7 +9,7 @@ import numpy as np
 
 from .blending import cut
 from .fields import Fields, settle
-from .meshing import surface_level
+from .meshing import probability, surface_level
 from .strokes import Stroke, resampled_points
 
 RIM = 2.0
@@ -35,13 +35,6 @@ def within_reach(fields: Fields, strokes: Sequence[Stroke], reach: float) -> Fie
     occupancy[cells] = probability(cut(level, away, RIM))
     distance[cells] = cut(distance[cells], away, RIM)
     return settle(occupancy, distance, fields.velocity, grid)
-
-
-def probability(level: np.ndarray) -> np.ndarray:
-    """Return the occupancy, float32, of which ``level`` is the :func:`meshing.surface_level`."""
-    from scipy.special import expit
-
-    return np.asarray(expit(-2 * level), dtype=np.float32)
 
 
 def stroke_distance(cells: np.ndarray, strokes: Sequence[Stroke], fields: Fields) -> np.ndarray:

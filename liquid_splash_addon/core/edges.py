@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edges of which the generator is not sure, made smooth.
+
+Where a sheet ends no stroke tells, and the probability of liquid hovers about one half: the
+generator's patches of 2^3 cells then give ragged rims and specks, as no liquid has them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .fields import NEAREST, Fields
+from .grid import LOCAL_SPACING
+from .meshing import balanced, filled, liquid_box, probability, surface_level
+from .threads import in_parts
+
+SURE = 1.5
+"""Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
+
+SPREAD, REACH = 1.2, 4
+"""Width in cells of the Gaussian that smooths edges, and how far it is summed."""
+
+
+def smoothed_edges(fields: Fields) -> Fields:
+    """Return the liquid with a smooth surface where the generator is not sure of it.
+
+    There the level is blurred, the more the less it is sure, and shifted so that the volume
+    stays. Drafts are left as they are: their cells are as large as the patches. The arrays of
+    ``fields`` are changed in place.
+    """
+    level = surface_level(fields, 0.5)
+    box = liquid_box(level)
+    if box is None or fields.grid.spacing > 1.5 * LOCAL_SPACING:
+        return fields
+    near = np.clip(level[box], -SURE, SURE)
+    cells = np.argwhere(np.abs(near) < SURE)
+    doubt = np.empty(len(cells), dtype=np.float32)
+    in_parts(len(cells), lambda a, b: _doubt(near, cells[a:b], doubt[a:b]))
+    cells, doubt = cells[doubt > 0], doubt[doubt > 0]
+    before = near[tuple(cells.T)]
+    moved = before + doubt * (blurred_at(near, cells) - before)
+    set_doubtful(
+        fields,
+        tuple((cells + [side.start for side in box]).T),
+        balanced(lambda more: moved + doubt * more, filled(before)),
+    )
+    return fields
+
+
+def blurred_at(level: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return the level at cells ``(n, 3)``, blurred, float32 ``(n,)``: they are few."""
+    blurred = np.empty(len(cells), dtype=np.float32)
+    taps = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / SPREAD) ** 2).astype(np.float32)
+    in_parts(len(cells), lambda a, b: _blur(level, cells[a:b], taps, blurred[a:b]))
+    return blurred
+
+
+def set_doubtful(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
+    """Set the probability at cells, in place; the distance changes where its sign must."""
+    fields.occupancy[where] = probability(level)
+    distance = fields.distance[where]
+    sign = np.where(fields.occupancy[where] > 0.5, -1, 1)
+    fields.distance[where] = np.where(distance * sign > 0, distance, sign * NEAREST)
+
+
+@njit(cache=True, nogil=True)
+def _doubt(level: np.ndarray, cells: np.ndarray, doubt: np.ndarray) -> None:
+    """Set how unsure the generator is about each cell: 1 where the level is 0 all around."""
+    x, y, z = level.shape
+    for n in range(len(cells)):
+        i, j, k = cells[n]
+        total, count = np.float32(0), 0
+        for a in range(max(i - 1, 0), min(i + 2, x)):
+            for b in range(max(j - 1, 0), min(j + 2, y)):
+                for c in range(max(k - 1, 0), min(k + 2, z)):
+                    total += abs(level[a, b, c])
+                    count += 1
+        doubt[n] = max(np.float32(1) - total / (count * np.float32(SURE)), np.float32(0))
+
+
+@njit(cache=True, nogil=True)
+def _blur(level: np.ndarray, cells: np.ndarray, taps: np.ndarray, blurred: np.ndarray) -> None:
+    """Set the weighted mean of the level around each cell; outside of the array is none."""
+    x, y, z = level.shape
+    reach = len(taps) // 2
+    for n in range(len(cells)):
+        i, j, k = cells[n]
+        total, weights = np.float32(0), np.float32(0)
+        for a in range(max(i - reach, 0), min(i + reach + 1, x)):
+            for b in range(max(j - reach, 0), min(j + reach + 1, y)):
+                row = taps[a - i + reach] * taps[b - j + reach]
+                for c in range(max(k - reach, 0), min(k + reach + 1, z)):
+                    weight = row * taps[c - k + reach]
+                    total += weight * level[a, b, c]
+                    weights += weight
+        blurred[n] = total / weights
