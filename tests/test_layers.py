@@ -17,6 +17,7 @@ NEVER = {"training", "liquid_splash_addon"}
 # The network itself. All else must import where torch is missing, for the add-on to say so.
 TORCH_MODULES = {
     "condition", "generator", "network", "pixel_shuffle", "precision", "quantized", "span_judge",
+    "widening",
 }  # fmt: skip
 
 

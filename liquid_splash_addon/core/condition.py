@@ -90,6 +90,18 @@ class Crossed(NamedTuple):
         sums = sums.index_add(0, cell, values)
         return sums.view(*shape, -1).permute(0, 4, 1, 2, 3)
 
+    def gathered_onto(self, total: Tensor, values: Tensor) -> Tensor:
+        """Return ``total`` and ``values``, summed as by :meth:`gathered`.
+
+        In use in place of ``total``, of whose cells few are crossed.
+        """
+        rows = total.permute(0, 2, 3, 4, 1)
+        if torch.is_grad_enabled() or total.dtype != values.dtype or not rows.is_contiguous():
+            return total + self.gathered(values, values.new_zeros(values.shape[1]))
+        cell, _ = self.halves()
+        rows.view(-1, values.shape[1]).index_add_(0, cell, values)
+        return total
+
 
 def crossed_cells(condition: Tensor) -> Crossed:
     """Return the crossed cells of ``(B, 18, X, Y, Z)``."""
@@ -116,19 +128,19 @@ def halved(crossed: Crossed) -> Crossed:
     return Crossed(torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape)
 
 
-def patches(stem: nn.Conv3d, crossed: Crossed) -> Tensor:
-    """Return ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
+def patches(stem: nn.Conv3d, crossed: Crossed, total: Tensor) -> Tensor:
+    """Return ``total`` and ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
 
-    Further input channels of its are left out. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
+    Without its bias, and without further input channels that it may have. total :
+    ``(B, C, X / 2, Y / 2, Z / 2)``, which in use may be changed.
     """
-    assert stem.bias is not None
     kernels = stem.weight[:, :CHANNELS].permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
     eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
     order = eighth.argsort()
     groups = torch.bincount(eighth, minlength=8).tolist()
     given = torch.split(crossed.values[order].to(kernels.dtype), groups)
     values = torch.cat([part @ kernel for part, kernel in zip(given, kernels, strict=True)])
-    return crossed._replace(where=crossed.where[order]).gathered(values, stem.bias)
+    return crossed._replace(where=crossed.where[order]).gathered_onto(total, values)
 
 
 def closeness(distance: Tensor, spacing: float) -> Tensor:

@@ -18,7 +18,10 @@ from .threads import in_parts
 SURE = 1.5
 """Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
 
-SPREAD, REACH = 1.2, 4
+MOVED = 1.0
+"""Level, in cells, up to which it is changed: beyond, the surface is hardly ever moved."""
+
+SPREAD, REACH = 1.2, 3
 """Width in cells of the Gaussian that smooths edges, and how far it is summed."""
 
 
@@ -34,7 +37,7 @@ def smoothed_edges(fields: Fields) -> Fields:
     if box is None or fields.grid.spacing > 1.5 * LOCAL_SPACING:
         return fields
     near = np.clip(level[box], -SURE, SURE)
-    cells = np.argwhere(np.abs(near) < SURE)
+    cells = np.argwhere(np.abs(near) < MOVED)
     doubt = np.empty(len(cells), dtype=np.float32)
     in_parts(len(cells), lambda a, b: _doubt(near, cells[a:b], doubt[a:b]))
     cells, doubt = cells[doubt > 0], doubt[doubt > 0]

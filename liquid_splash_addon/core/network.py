@@ -62,16 +62,18 @@ class Convolution(nn.Conv3d):
     One of 1^3 cells is a matrix product, which takes half the time if it is told so.
     """
 
-    def forward(self, x: Tensor) -> Tensor:
+    def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
+        """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
+        bias = self.bias if more is None or self.bias is None else self.bias + more
         if torch.is_grad_enabled() or x.dtype != torch.float32 or x.device.type != "cpu":
-            return super().forward(x)
+            return self._conv_forward(x, self.weight, bias)
         if self.kernel_size == (1, 1, 1):
-            product = F.linear(x.permute(0, 2, 3, 4, 1), self.weight.flatten(1), self.bias)
+            product = F.linear(x.permute(0, 2, 3, 4, 1), self.weight.flatten(1), bias)
             return product.permute(0, 4, 1, 2, 3)
         if self.in_channels % EIGHT == 0:
-            return super().forward(x)
+            return self._conv_forward(x, self.weight, bias)
         missing = (0,) * 7 + (-self.in_channels % EIGHT,)
-        return self._conv_forward(F.pad(x, missing), F.pad(self.weight, missing), self.bias)
+        return self._conv_forward(F.pad(x, missing), F.pad(self.weight, missing), bias)
 
 
 def convolution(inputs: int, outputs: int, size: int, stride: int = 1) -> nn.Conv3d:
@@ -89,6 +91,13 @@ def silent(layer: nn.Conv3d) -> nn.Conv3d:
     return layer
 
 
+def summed(total: Tensor, more: Tensor) -> Tensor:
+    """Return the sum, in use in place of ``total``: a new array's memory takes longer than it."""
+    if torch.is_grad_enabled() or total.dtype != more.dtype:
+        return total + more
+    return total.add_(more)
+
+
 class ResidualBlock(nn.Module):
     """Two 3^3 convolutions around a shortcut; the identity at first, so no norm is needed.
 
@@ -101,10 +110,7 @@ class ResidualBlock(nn.Module):
         self.second = silent(convolution(width, width, 3))
 
     def forward(self, x: Tensor) -> Tensor:
-        change = self.second(F.relu_(self.first(x)))
-        if torch.is_grad_enabled() or change.dtype != x.dtype:
-            return F.relu_(x + change)
-        return F.relu_(change.add_(x))  # no new array, whose memory takes longer than the sum
+        return F.relu_(summed(self.second(F.relu_(self.first(x))), x))
 
 
 def blocks(width: int, count: int) -> nn.Sequential:
@@ -187,8 +193,8 @@ class DraftNetwork(nn.Module):
         around[:, 1:4], around[:, 4 : 4 + len(NEARNESS)] = flow, near
         kernel = self.stem.weight[:, CHANNELS:]
         kernel = F.pad(kernel, (0,) * 7 + (EIGHT - kernel.shape[1],))
-        felt = F.conv3d(around.to(kernel.dtype), kernel, stride=2)
-        return felt + patches(self.stem, crossed).to(felt.dtype)
+        felt = F.conv3d(around.to(kernel.dtype), kernel, self.stem.bias, stride=2)
+        return patches(self.stem, crossed, felt)
 
     def decode(self, encoding: Encoding, latent: Tensor | None) -> Draft:
         """Return the draft for a latent ``(B, L, l, l, l)``; None is the latent zero.
@@ -199,7 +205,7 @@ class DraftNetwork(nn.Module):
         x = encoding.features[-1]
         for level in reversed(range(len(self.decoder))):
             x = F.interpolate(self.ups[level](x), scale_factor=2, mode="nearest")
-            x = F.relu(x + encoding.features[level])
+            x = F.relu_(summed(x, encoding.features[level]))
             if latent is not None:
                 x = self.modulations[level](x, latent)
             x = self.decoder[level](x)
@@ -236,11 +242,12 @@ class DetailNetwork(nn.Module):
         dtype = self.stem.weight.dtype
         logit, rest = torch.split(draft.output, [1, OUTPUT_CHANNELS - 1], dim=1)
         shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
-        x = patches(self.stem, crossed).to(dtype) + self.from_output(shown.to(dtype))
+        # The bias of the stem goes with this one's: by itself it would take a pass of its own.
+        x = patches(self.stem, crossed, self.from_output(shown.to(dtype), self.stem.bias))
         x = self.encoder(F.relu_(x))
-        y = F.relu_(self.down(x) + self.from_features(draft.features))
+        y = F.relu_(summed(self.down(x), self.from_features(draft.features)))
         y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")
-        x = self.decoder(F.relu_(x + y))
+        x = self.decoder(F.relu_(summed(y, x)))
         return pixel_shuffle(self.head(x), draft.output)
 
 

@@ -9,6 +9,7 @@ from numba import njit
 from torch import Tensor
 
 from .threads import in_parts
+from .widening import bits
 
 
 def pixel_shuffle(x: Tensor, base: Tensor | None = None) -> Tensor:
@@ -34,28 +35,36 @@ def shuffled_onto(x: Tensor, base: Tensor | None) -> Tensor:
     batch, channels, *shape = len(x), x.shape[1] // 8, *x.shape[2:]
     if base is None:
         base = x.new_zeros((batch, channels, *shape), dtype=torch.float32)
-    result = torch.empty((batch, channels, *(2 * n for n in shape)), dtype=torch.float32)
-    cells = x.permute(0, 2, 3, 4, 1).float().contiguous().numpy()
+    # NumPy asks for huge pages, torch does not: fresh memory took longer than what is written.
+    result = np.empty((batch, channels, *(2 * n for n in shape)), dtype=np.float32)
+    cells, shift = bits(x.permute(0, 2, 3, 4, 1))
     under = base.contiguous().numpy()
     for number in range(batch):
-        parts = (cells[number], under[number], result[number].numpy())
+        parts = (cells[number], shift, under[number], result[number])
         in_parts(shape[0], lambda begin, end: add_halves(*parts, begin, end))  # noqa: B023
-    return result
+    return torch.from_numpy(result)
 
 
 @njit(nogil=True, cache=True)
-def add_halves(x: np.ndarray, base: np.ndarray, result: np.ndarray, begin: int, end: int) -> None:
+def add_halves(
+    x: np.ndarray, shift: np.uint32, base: np.ndarray, result: np.ndarray, begin: int, end: int
+) -> None:
     """Write ``x`` ``(X, Y, Z, 8 C)`` plus ``base`` ``(C, X, Y, Z)`` into ``result``.
 
-    begin, end : planes of X to do.
+    x, shift : see :func:`widening.bits`; begin, end : planes of X to do.
     """
     channels, _, rows, columns = base.shape
+    widened = np.empty((columns, 8 * channels), dtype=np.uint32)
+    values = widened.view(np.float32)
     for i in range(begin, end):
-        for c in range(channels):
-            for half in range(4):
-                first = 8 * c + 2 * half
-                for j in range(rows):
+        for j in range(rows):
+            for k in range(columns):
+                for c in range(8 * channels):
+                    widened[k, c] = np.uint32(x[i, j, k, c]) << shift
+            for c in range(channels):
+                for half in range(4):
+                    first = 8 * c + 2 * half
                     line = result[c, 2 * i + half // 2, 2 * j + half % 2]
                     for k in range(columns):
-                        line[2 * k] = x[i, j, k, first] + base[c, i, j, k]
-                        line[2 * k + 1] = x[i, j, k, first + 1] + base[c, i, j, k]
+                        line[2 * k] = values[k, first] + base[c, i, j, k]
+                        line[2 * k + 1] = values[k, first + 1] + base[c, i, j, k]

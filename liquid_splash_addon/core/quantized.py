@@ -16,9 +16,13 @@ from numba import njit
 from torch import Tensor, nn
 
 from .threads import in_parts
+from .widening import bits
 
 SMALL_JOB = 1 << 16
 """Values below which threads cost more than they gain."""
+
+CHUNK = 1024
+"""Values that are widened at a time: they stay in the processor's nearest memory."""
 
 LARGE_KERNEL = 27
 """Cells of a kernel from which it is worth it: for 2^3, rounding the input takes longer."""
@@ -57,10 +61,12 @@ class QuantizedConvolution(nn.Module):
         self.bias = None if layer.bias is None else layer.bias.detach().float().cpu()
         self.steps = input_steps()
 
-    def forward(self, x: Tensor) -> Tensor:
+    def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
+        """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
+        bias = self.bias if more is None or self.bias is None else self.bias + more.float()
         values, scale, zero_point = quantize(x, self.steps)
         result: Tensor = self.convolve(
-            values, scale, zero_point, self.weight, self.scales, self.zero_points, self.bias,
+            values, scale, zero_point, self.weight, self.scales, self.zero_points, bias,
             *self.geometry, 1.0, 0, x.dtype, "none", [], "",
         )  # fmt: skip
         return result
@@ -72,17 +78,18 @@ def quantize(x: Tensor, steps: int) -> tuple[Tensor, float, int]:
     ``x`` is about ``scale * (bytes - zero point)``, and exact where it is 0. The bytes are
     channels last.
     """
-    x = x.float().contiguous(memory_format=torch.channels_last_3d)
+    x = x.contiguous(memory_format=torch.channels_last_3d)
     # Not torch.aminmax, which took ten times as long as both.
     low, high = min(float(x.amin()), 0.0), max(float(x.amax()), 0.0)
     scale = max(high - low, 1e-12) / steps
     zero_point = round(-low / scale)
     result = torch.empty_like(x, dtype=torch.uint8)
-    source, target = (t.permute(0, 2, 3, 4, 1).view(-1).numpy() for t in (x, result))
+    source, shift = bits(x.permute(0, 2, 3, 4, 1).view(-1))
+    target = result.permute(0, 2, 3, 4, 1).view(-1).numpy()
     factor, zero, most = np.float32(1 / scale), np.float32(zero_point), np.float32(steps)
 
     def work(begin: int, end: int) -> None:
-        round_to_bytes(source[begin:end], factor, zero, most, target[begin:end])
+        round_to_bytes(source[begin:end], shift, factor, zero, most, target[begin:end])
 
     if len(source) < SMALL_JOB:
         work(0, len(source))
@@ -93,12 +100,26 @@ def quantize(x: Tensor, steps: int) -> tuple[Tensor, float, int]:
 
 @njit(nogil=True, fastmath=True, cache=True)
 def round_to_bytes(
-    values: np.ndarray, factor: np.float32, zero: np.float32, most: np.float32, result: np.ndarray
+    values: np.ndarray,
+    shift: np.uint32,
+    factor: np.float32,
+    zero: np.float32,
+    most: np.float32,
+    result: np.ndarray,
 ) -> None:
-    """Write ``values * factor + zero``, rounded and kept within 0 to ``most``, into ``result``."""
-    for i in range(values.size):
-        value = values[i] * factor + (zero + np.float32(0.5))
-        result[i] = np.uint8(min(max(value, np.float32(0)), most))
+    """Write ``values * factor + zero``, rounded and kept within 0 to ``most``, into ``result``.
+
+    values, shift : see :func:`widening.bits`.
+    """
+    widened = np.empty(CHUNK, dtype=np.uint32)
+    floats = widened.view(np.float32)
+    for begin in range(0, values.size, CHUNK):
+        count = min(CHUNK, values.size - begin)
+        for i in range(count):
+            widened[i] = np.uint32(values[begin + i]) << shift
+        for i in range(count):
+            value = floats[i] * factor + (zero + np.float32(0.5))
+            result[begin + i] = np.uint8(min(max(value, np.float32(0)), most))
 
 
 def quantize_convolutions(network: nn.Module) -> None:

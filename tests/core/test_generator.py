@@ -169,15 +169,19 @@ def test_patches_of_few_cells_are_the_convolution_of_all():
     network, x = small_network(), random_condition(16, 0.05)
     stem = network.detail.stem
     with torch.no_grad():
-        stem.bias.normal_()
-        assert torch.allclose(patches(stem, crossed_cells(x)), stem(x), atol=1e-5)
-    patches(stem, crossed_cells(x)).square().sum().backward()
+        stem.bias.zero_()
+    total = torch.rand(1, stem.out_channels, 8, 8, 8)
+    with torch.no_grad():
+        for given in (total, total.contiguous(memory_format=torch.channels_last_3d)):
+            seen = patches(stem, crossed_cells(x), given.clone())
+            assert torch.allclose(seen, stem(x) + total, atol=1e-5)
+    patches(stem, crossed_cells(x), total).square().sum().backward()
     few = stem.weight.grad.clone()
     stem.weight.grad = None
-    stem(x).square().sum().backward()
+    (stem(x) + total).square().sum().backward()
     assert torch.allclose(few, stem.weight.grad, rtol=1e-4, atol=1e-4)
-    empty = torch.zeros_like(x)
-    assert torch.allclose(patches(stem, crossed_cells(empty)), stem(empty), atol=1e-6)
+    with torch.no_grad():
+        assert torch.equal(patches(stem, crossed_cells(torch.zeros_like(x)), total.clone()), total)
 
 
 def test_the_draft_begins_as_one_convolution_of_all_it_sees():
