@@ -18,8 +18,7 @@ from .fields import AIR, NEAREST, Fields
 from .fluid.surface_tension import WATER
 from .grid import LOCAL_SPACING
 from .meshing import balanced, filled, probability
-from .refinement.level import Liquid
-from .refinement.ruptures import slope
+from .refinement.level import Liquid, slope
 from .settings import SplashSettings
 from .strokes import Stroke, resample
 from .threads import in_parts

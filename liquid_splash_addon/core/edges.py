@@ -32,9 +32,11 @@ def smoothed_edges(fields: Fields) -> Fields:
     stays. Drafts are left as they are: their cells are as large as the patches. The arrays of
     ``fields`` are changed in place.
     """
+    if fields.grid.spacing > 1.5 * LOCAL_SPACING:
+        return fields
     level = surface_level(fields, 0.5)
     box = liquid_box(level)
-    if box is None or fields.grid.spacing > 1.5 * LOCAL_SPACING:
+    if box is None:
         return fields
     near = np.clip(level[box], -SURE, SURE)
     cells = np.argwhere(np.abs(near) < MOVED)

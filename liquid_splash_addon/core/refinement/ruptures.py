@@ -12,7 +12,7 @@ from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
 from .droplets import ROOM
 from .front import band_cells, choose
-from .level import Liquid
+from .level import Liquid, slope
 from .particle_level import FineLevel
 from .pbf import Drops
 from .settings import FEWEST, LARGEST, RuptureSettings
@@ -58,16 +58,6 @@ def front_points(liquid: Liquid, settings: RuptureSettings, rng: np.random.Gener
     # The paper's points are random; those ahead of the flow are the front.
     fronts = cells[ahead > 0.5]
     return choose(fronts, rng.random(len(fronts)), settings.amount, ROOM * settings.size, rng)
-
-
-def slope(distance: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Return the unit gradient of ``distance`` at inner ``cells`` ``(n, 3)``, ``(n, 3)``."""
-    columns = []
-    for step in np.eye(3, dtype=int):
-        ahead, behind = cells + step, cells - step
-        columns.append(distance[tuple(ahead.T)] - distance[tuple(behind.T)])
-    gradient = np.stack(columns, axis=1)
-    return np.asarray(gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-6))
 
 
 def make_air(
