@@ -169,12 +169,15 @@ def read_arguments(about: str | None, most: int) -> argparse.Namespace:
         type=int,
         help=f"in each sketch; by default {STROKES_IN_TESTS[0]} to {STROKES_IN_TESTS[1]}",
     )
-    return parser.parse_args()
+    args = parser.parse_args()
+    if args.strokes is not None and args.strokes < 1:
+        parser.error("--strokes must be 1 or more")
+    return args
 
 
 def stroke_counts(args: argparse.Namespace) -> tuple[int, int]:
     """Return the range of the number of strokes that the options ask for."""
-    return (args.strokes, args.strokes) if args.strokes else STROKES_IN_TESTS
+    return (args.strokes, args.strokes) if args.strokes is not None else STROKES_IN_TESTS
 
 
 def chosen(args: argparse.Namespace) -> tuple[list[Item], Answer]:

@@ -16,6 +16,7 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.alignment import fit_frame
 from liquid_splash_addon.core.breakup import broken_up
+from liquid_splash_addon.core.edges import smoothed_edges
 from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.meshing import surface
@@ -60,7 +61,7 @@ def slow_and_fast(
     """Return the figures of the answers to a frame's sketch at the speeds SLOW and FAST.
 
     Those are a hand's, and the liquid's are faster by the add-on's default gain. As the networks
-    answer, and as the add-on breaks that up.
+    answer, and as the add-on smooths and breaks that up.
     """
     strokes, grid = held_out_strokes(item, item.load(), counts), Grid.local(cells)
     local = fit_frame(strokes).strokes_to_local(strokes)
@@ -75,10 +76,10 @@ def slow_and_fast(
 def answer_figures(
     answer: Answer, strokes: Sequence[Stroke], grid: Grid, settings: SplashSettings
 ) -> Row:
-    """Return the figures of the answer to strokes in local metres, before and after Breakup."""
+    """Return the figures of the answer to strokes in local metres, and of what the add-on makes."""
     fields = answer.generate(rasterize(strokes, grid), grid)
     row = figures(fields)
-    after = figures(broken_up(fields, strokes, settings))
+    after = figures(broken_up(smoothed_edges(fields), strokes, settings))
     return row | {f"{name}, broken up": value for name, value in after.items()}
 
 

@@ -70,7 +70,7 @@ def broken_up(fields: Fields, strokes: Sequence[Stroke], settings: SplashSetting
 
     strokes : in local metres and m/s, from where the liquid comes from to where it goes;
     settings : Breakup is the surface tension over water's, Seed and Variation choose where it
-    parts. The volume stays. The arrays of ``fields`` are changed in place.
+    parts. The volume stays, to a few hundredths. The arrays of ``fields`` are changed in place.
     """
     points, ages = flown(strokes)
     rate = GROWTH * np.sqrt(settings.breakup * WATER)
@@ -95,10 +95,30 @@ def broken_up(fields: Fields, strokes: Sequence[Stroke], settings: SplashSetting
 
 def set_level(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
     """Set the liquid at cells to that of ``level`` ``(n,)``, in place, so that all parts agree."""
+    known = fields.distance[where] < AIR
     fields.occupancy[where] = probability(level)
-    distance = np.copysign(np.maximum(np.abs(level), NEAREST), level)
-    fields.distance[where] = np.clip(distance, -AIR, AIR)
-    fields.velocity[:, *(axis[level >= AIR] for axis in where)] = 0
+    sign = np.where(fields.occupancy[where] > 0.5, -1, 1)
+    distance = sign * np.clip(np.abs(level), NEAREST, AIR)
+    far = distance >= AIR - 0.01  # as ``settle`` has it: what is stored rounds up to AIR
+    fields.distance[where] = np.where(far, AIR, distance)
+    fill_velocity(fields, where, known, ~known & ~far)
+    fields.velocity[:, *(axis[far] for axis in where)] = 0
+
+
+def fill_velocity(
+    fields: Fields, where: tuple[np.ndarray, ...], known: np.ndarray, unknown: np.ndarray
+) -> None:
+    """Give those cells of ``where`` that are ``unknown`` the velocity of the nearest known one.
+
+    The generator tells none where liquid has swollen farthest. known, unknown : bool ``(n,)``.
+    """
+    from scipy.spatial import cKDTree
+
+    if not known.any() or not unknown.any():
+        return
+    cells = np.stack(where, axis=1)
+    _, nearest = cKDTree(cells[known]).query(cells[unknown])
+    fields.velocity[:, *cells[unknown].T] = fields.velocity[:, *cells[known][nearest].T]
 
 
 def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
@@ -235,14 +255,18 @@ def parted(
     """
     where = tuple(cells.T)
     distance, share = liquid.distance[where], np.minimum(size / SLIGHT, 1)
-    volume = filled(distance)
 
     def shifted(more: float) -> np.ndarray:
         return distance + half * np.clip(size * (waves + more), -SWELLING, AIR)
 
     level = liquid.level.copy()
-    level[where] = (1 - share) * level[where] + share * balanced(shifted, volume)
-    return rounded(level, where, share)
+    level[where] = (1 - share) * level[where] + share * balanced(shifted, filled(distance))
+    level[where] = rounded(level, where, share)
+    # As steep as a distance again, for other thresholds than one half and for the fields'.
+    even = Liquid(level, liquid.velocity, liquid.grid).distance[where]
+    level[where] = (1 - share) * level[where] + share * even
+    volume = filled(liquid.level[where])
+    return balanced(lambda more: level[where] + share * more, volume)
 
 
 def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray) -> np.ndarray:

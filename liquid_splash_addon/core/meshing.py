@@ -23,6 +23,9 @@ SMOOTHING_STEPS = 12
 LEVEL_SPREAD = 0.5
 """Width in cells of the Gaussian that joins the generator's 2^3 patches before meshing."""
 
+FARTHEST = 40.0
+"""Most that a level may be shifted so as to keep a volume."""
+
 LEVEL_BAND = 1.5
 """Distances beyond this many cells do not count there, so that sheets do not thin out."""
 
@@ -135,10 +138,19 @@ def filled(level: np.ndarray) -> float:
 
 
 def balanced(shifted: Callable[[float], np.ndarray], volume: float) -> np.ndarray:
-    """Return ``shifted(more)``, a level, for the number that gives it ``volume``, in cells."""
+    """Return ``shifted(more)``, a level, for the number that gives it ``volume``, in cells.
+
+    The greater the number, the less liquid. ``shifted(0)`` if none up to FARTHEST does: then it
+    is hardly shifted by any.
+    """
     from scipy.optimize import brentq
 
-    return shifted(brentq(lambda more: filled(shifted(more)) - volume, -9.0, 9.0, xtol=1e-3))
+    def surplus(more: float) -> float:
+        return filled(shifted(more)) - volume
+
+    if surplus(-FARTHEST) <= 0 or surplus(FARTHEST) >= 0:
+        return shifted(0.0)
+    return shifted(brentq(surplus, -FARTHEST, FARTHEST, xtol=1e-3))
 
 
 def smooth(

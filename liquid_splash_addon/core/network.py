@@ -64,7 +64,7 @@ class Convolution(nn.Conv3d):
 
     def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
         """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
-        bias = self.bias if more is None or self.bias is None else self.bias + more
+        bias = raised(self.bias, more)
         if torch.is_grad_enabled() or x.dtype != torch.float32 or x.device.type != "cpu":
             return self._conv_forward(x, self.weight, bias)
         if self.kernel_size == (1, 1, 1):
@@ -74,6 +74,11 @@ class Convolution(nn.Conv3d):
             return self._conv_forward(x, self.weight, bias)
         missing = (0,) * 7 + (-self.in_channels % EIGHT,)
         return self._conv_forward(F.pad(x, missing), F.pad(self.weight, missing), bias)
+
+
+def raised(bias: Tensor | None, more: Tensor | None) -> Tensor | None:
+    """Return the sum of two biases, either of which may be missing."""
+    return more if bias is None else bias if more is None else bias + more
 
 
 def convolution(inputs: int, outputs: int, size: int, stride: int = 1) -> nn.Conv3d:
@@ -243,7 +248,8 @@ class DetailNetwork(nn.Module):
         logit, rest = torch.split(draft.output, [1, OUTPUT_CHANNELS - 1], dim=1)
         shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
         # The bias of the stem goes with this one's: by itself it would take a pass of its own.
-        x = patches(self.stem, crossed, self.from_output(shown.to(dtype), self.stem.bias))
+        felt = self.from_output(shown.to(dtype), self.stem.bias)
+        x = patches(self.stem, crossed, felt.to(dtype))
         x = self.encoder(F.relu_(x))
         y = F.relu_(summed(self.down(x), self.from_features(draft.features)))
         y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")

@@ -63,7 +63,9 @@ class QuantizedConvolution(nn.Module):
 
     def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
         """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
-        bias = self.bias if more is None or self.bias is None else self.bias + more.float()
+        bias = self.bias
+        if more is not None:
+            bias = more.float() if bias is None else bias + more.float()
         values, scale, zero_point = quantize(x, self.steps)
         result: Tensor = self.convolve(
             values, scale, zero_point, self.weight, self.scales, self.zero_points, bias,

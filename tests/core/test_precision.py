@@ -40,6 +40,22 @@ def test_the_form_that_is_fast_gives_the_same(inputs, size, stride):
         torch.testing.assert_close(layer(x), trained.detach(), rtol=1e-4, atol=1e-4)
 
 
+@pytest.mark.parametrize("size", (1, 3))
+@pytest.mark.parametrize("has_bias", (True, False))
+def test_more_bias_is_added(size, has_bias):
+    layer, x, more = convolution(5, 6, size), features(5), torch.arange(6.0) - 2
+    nn.init.normal_(layer.bias)
+    if not has_bias:
+        layer.bias = None
+    with torch.inference_mode():
+        apart = layer(x) + more[:, None, None, None]
+        torch.testing.assert_close(layer(x, more), apart, rtol=1e-4, atol=1e-4)
+        if size == 3 and is_usable("cpu", "int8"):
+            eight = quantized.QuantizedConvolution(layer)
+            apart = eight(x) + more[:, None, None, None]
+            torch.testing.assert_close(eight(x, more), apart, rtol=1e-4, atol=1e-4)
+
+
 @needs_eight_bits
 @pytest.mark.parametrize("low", [-1.0, 0.0, -2.0])
 @pytest.mark.parametrize("stride", [1, 2])
