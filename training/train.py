@@ -150,6 +150,7 @@ def train(
     if rank == 0:
         run.save()
         monitor.look(run.learner, run.steps, run.steps * config.batch, run.seconds)
+    parallel.meet()
 
 
 def batches_of(run: Run, items: list[Item], workers: int, rank: int, world: int) -> Iterator[Batch]:
