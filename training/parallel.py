@@ -22,8 +22,8 @@ def start() -> tuple[int, int]:
 def meet() -> None:
     """Wait until all processes are here.
 
-    Before the end they must: a thread of gloo's that still holds a tensor of the last step while
-    Python ends would abort the process (seen once in a hundred runs of two).
+    Before the end they should: a thread of gloo's that still holds a tensor of the last step while
+    Python ends may abort the process.
     """
     if dist.is_initialized():
         dist.barrier()

@@ -15,11 +15,10 @@ import numpy as np
 from tqdm import tqdm
 
 from liquid_splash_addon.core.alignment import fit_frame
-from liquid_splash_addon.core.breakup import broken_up
-from liquid_splash_addon.core.edges import smoothed_edges
 from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.meshing import surface
+from liquid_splash_addon.core.pipeline import shaped
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.strokes import Stroke
 from liquid_splash_addon.core.voxels import rasterize
@@ -79,7 +78,7 @@ def answer_figures(
     """Return the figures of the answer to strokes in local metres, and of what the add-on makes."""
     fields = answer.generate(rasterize(strokes, grid), grid)
     row = figures(fields)
-    after = figures(broken_up(smoothed_edges(fields), strokes, settings))
+    after = figures(shaped(fields, strokes, settings))
     return row | {f"{name}, broken up": value for name, value in after.items()}
 
 

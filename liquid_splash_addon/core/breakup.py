@@ -14,14 +14,15 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from .fields import AIR, NEAREST, Fields
+from .fields import AIR, Fields
 from .fluid.surface_tension import WATER
 from .grid import LOCAL_SPACING
-from .meshing import balanced, filled, probability
+from .meshing import balanced, filled, set_level
 from .refinement.level import Liquid, slope
 from .settings import SplashSettings
-from .strokes import Stroke, resample
+from .strokes import Stroke, arc_length, resample
 from .threads import in_parts
+from .windows import mean_around
 
 GROWTH = 0.343
 """Rate at which the fastest disturbance of a thread of radius a grows, times
@@ -89,20 +90,19 @@ def broken_up(fields: Fields, strokes: Sequence[Stroke], settings: SplashSetting
     cells, half, size = cells[parting], half[parting], size[parting]
     waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation)
     level = parted(liquid, cells, half / fields.grid.spacing, size, waves)
-    set_level(fields, tuple(cells.T), level)
+    replace_liquid(fields, tuple(cells.T), level)
     return fields
 
 
-def set_level(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
+def replace_liquid(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
     """Set the liquid at cells to that of ``level`` ``(n,)``, in place, so that all parts agree."""
     known = fields.distance[where] < AIR
-    fields.occupancy[where] = probability(level)
-    sign = np.where(fields.occupancy[where] > 0.5, -1, 1)
-    distance = sign * np.clip(np.abs(level), NEAREST, AIR)
-    far = distance >= AIR - 0.01  # as ``settle`` has it: what is stored rounds up to AIR
-    fields.distance[where] = np.where(far, AIR, distance)
+    set_level(fields, where, level, level)
+    far = fields.distance[where] >= AIR - 0.01  # as ``settle`` has it: stored, it rounds up to AIR
+    beyond = tuple(axis[far] for axis in where)
+    fields.distance[beyond] = AIR
     fill_velocity(fields, where, known, ~known & ~far)
-    fields.velocity[:, *(axis[far] for axis in where)] = 0
+    fields.velocity[:, *beyond] = 0
 
 
 def fill_velocity(
@@ -132,7 +132,7 @@ def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
         dense = resample(stroke, LOCAL_SPACING)
         speed = np.linalg.norm(dense.velocities.astype(np.float64), axis=1)
         pace = 1 / np.maximum(speed, SLOWEST)
-        steps = np.linalg.norm(np.diff(dense.points.astype(np.float64), axis=0), axis=1)
+        steps = np.diff(arc_length(dense.points))
         since = np.concatenate([[0.0], np.cumsum(steps * (pace[1:] + pace[:-1]) / 2)])
         points.append(dense.points)
         ages.append(np.minimum(since, FLIGHT * pace))
@@ -155,11 +155,10 @@ def half_thickness(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     the middle of a sheet lies up to half a cell from one. In cells, at most AIR and a quarter.
     """
     cells = np.argwhere(distance < AIR - 0.01)
-    deepest = np.zeros(distance.shape, dtype=np.float32)
-    half = np.empty(len(cells), dtype=np.float32)
+    deepest = np.full(distance.shape, -1, dtype=np.float32)  # below 0: no liquid
     in_parts(len(cells), lambda begin, end: _deepest(distance, cells[begin:end], deepest))
-    in_parts(len(cells), lambda begin, end: _mean(deepest, cells[begin:end], half[begin:end]))
-    return cells, half + np.float32(0.25)
+    half = mean_around(deepest, cells, WINDOW)  # where no liquid is near, no disturbance grows
+    return cells, np.where(np.isnan(half), AIR, half) + np.float32(0.25)
 
 
 @njit(cache=True, nogil=True)
@@ -176,22 +175,6 @@ def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> No
                 for c in range(max(k - WINDOW, 0), min(k + WINDOW + 1, z)):
                     least = min(least, distance[a, b, c])
         deepest[i, j, k] = -least
-
-
-@njit(cache=True, nogil=True)
-def _mean(deepest: np.ndarray, cells: np.ndarray, mean: np.ndarray) -> None:
-    """Set the mean over the liquid within WINDOW; where there is none, no disturbance will grow."""
-    x, y, z = deepest.shape
-    for n in range(len(cells)):
-        i, j, k = cells[n]
-        total, count = np.float32(0), 0
-        for a in range(max(i - WINDOW, 0), min(i + WINDOW + 1, x)):
-            for b in range(max(j - WINDOW, 0), min(j + WINDOW + 1, y)):
-                for c in range(max(k - WINDOW, 0), min(k + WINDOW + 1, z)):
-                    if deepest[a, b, c] > 0:
-                        total += deepest[a, b, c]
-                        count += 1
-        mean[n] = total / count if count else np.float32(AIR)
 
 
 def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndarray:

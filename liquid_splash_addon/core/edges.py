@@ -10,10 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .fields import NEAREST, Fields
+from .fields import Fields
 from .grid import LOCAL_SPACING
-from .meshing import balanced, filled, liquid_box, probability, surface_level
+from .meshing import balanced, filled, liquid_box, set_level, surface_level
 from .threads import in_parts
+from .windows import mean_around
 
 SURE = 1.5
 """Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
@@ -40,16 +41,13 @@ def smoothed_edges(fields: Fields) -> Fields:
         return fields
     near = np.clip(level[box], -SURE, SURE)
     cells = np.argwhere(np.abs(near) < MOVED)
-    doubt = np.empty(len(cells), dtype=np.float32)
-    in_parts(len(cells), lambda a, b: _doubt(near, cells[a:b], doubt[a:b]))
+    doubt = np.maximum(1 - mean_around(np.abs(near), cells, 1) / SURE, 0)
     cells, doubt = cells[doubt > 0], doubt[doubt > 0]
     before = near[tuple(cells.T)]
     moved = before + doubt * (blurred_at(near, cells) - before)
-    set_doubtful(
-        fields,
-        tuple((cells + [side.start for side in box]).T),
-        balanced(lambda more: moved + doubt * more, filled(before)),
-    )
+    where = tuple((cells + [side.start for side in box]).T)
+    smooth = balanced(lambda more: moved + doubt * more, filled(before))
+    set_level(fields, where, smooth, fields.distance[where])
     return fields
 
 
@@ -59,29 +57,6 @@ def blurred_at(level: np.ndarray, cells: np.ndarray) -> np.ndarray:
     taps = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / SPREAD) ** 2).astype(np.float32)
     in_parts(len(cells), lambda a, b: _blur(level, cells[a:b], taps, blurred[a:b]))
     return blurred
-
-
-def set_doubtful(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
-    """Set the probability at cells, in place; the distance changes where its sign must."""
-    fields.occupancy[where] = probability(level)
-    distance = fields.distance[where]
-    sign = np.where(fields.occupancy[where] > 0.5, -1, 1)
-    fields.distance[where] = np.where(distance * sign > 0, distance, sign * NEAREST)
-
-
-@njit(cache=True, nogil=True)
-def _doubt(level: np.ndarray, cells: np.ndarray, doubt: np.ndarray) -> None:
-    """Set how unsure the generator is about each cell: 1 where the level is 0 all around."""
-    x, y, z = level.shape
-    for n in range(len(cells)):
-        i, j, k = cells[n]
-        total, count = np.float32(0), 0
-        for a in range(max(i - 1, 0), min(i + 2, x)):
-            for b in range(max(j - 1, 0), min(j + 2, y)):
-                for c in range(max(k - 1, 0), min(k + 2, z)):
-                    total += abs(level[a, b, c])
-                    count += 1
-        doubt[n] = max(np.float32(1) - total / (count * np.float32(SURE)), np.float32(0))
 
 
 @njit(cache=True, nogil=True)

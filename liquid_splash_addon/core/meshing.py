@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .fields import Fields
+from .fields import AIR, NEAREST, Fields
 from .grid import Grid
 
 if TYPE_CHECKING:
@@ -214,6 +214,18 @@ def probability(level: np.ndarray) -> np.ndarray:
     from scipy.special import expit
 
     return np.asarray(expit(-2 * level), dtype=np.float32)
+
+
+def set_level(
+    fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray, distance: np.ndarray
+) -> None:
+    """Set the liquid at cells to that of ``level`` ``(n,)``, in place.
+
+    distance : theirs, cells ``(n,)``; where its sign is not the liquid's, it becomes NEAREST.
+    """
+    fields.occupancy[where] = probability(level)
+    sign = np.where(fields.occupancy[where] > 0.5, -1, 1)
+    fields.distance[where] = sign * np.clip(sign * distance, NEAREST, AIR)
 
 
 def liquid_box(level: np.ndarray, margin: int = 4) -> tuple[slice, slice, slice] | None:

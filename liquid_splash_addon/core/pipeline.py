@@ -103,8 +103,7 @@ def make_splash(
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = within_reach(smoothed_edges(fields), local, settings.reach)
-    fields = broken_up(fields, local, settings).round_off()
+    fields = shaped(fields, local, settings).round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
         raise StrokeError(
@@ -123,6 +122,15 @@ def make_splash(
         to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
         drops_to_drawing(refined.cloud, frame),
     )  # fmt: skip
+
+
+def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
+    """Return the generator's liquid with smooth edges, kept to Reach and broken up.
+
+    strokes : in local metres and m/s. The arrays of ``fields`` may be changed in place.
+    """
+    fields = within_reach(smoothed_edges(fields), strokes, settings.reach)
+    return broken_up(fields, strokes, settings)
 
 
 def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:

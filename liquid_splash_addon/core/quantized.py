@@ -15,6 +15,7 @@ import torch
 from numba import njit
 from torch import Tensor, nn
 
+from .network import raised
 from .threads import in_parts
 from .widening import bits
 
@@ -63,9 +64,7 @@ class QuantizedConvolution(nn.Module):
 
     def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
         """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
-        bias = self.bias
-        if more is not None:
-            bias = more.float() if bias is None else bias + more.float()
+        bias = raised(self.bias, None if more is None else more.float())
         values, scale, zero_point = quantize(x, self.steps)
         result: Tensor = self.convolve(
             values, scale, zero_point, self.weight, self.scales, self.zero_points, bias,

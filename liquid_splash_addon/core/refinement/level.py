@@ -13,7 +13,7 @@ from ..fields import AIR, Fields
 from ..fluid.streamlines import velocity_at
 from ..fluid.surface import redistance
 from ..grid import Grid
-from ..meshing import liquid_box, surface_level
+from ..meshing import filled, liquid_box, probability, surface_level
 
 FLOW = 4
 """Cells around the liquid's box in which velocity is looked for too: some is known there."""
@@ -84,13 +84,12 @@ class Liquid:
     def volume(self) -> float:
         """Volume in cells; a cell cut by the surface counts in part."""
         box = self.box
-        return 0.0 if box is None else float(np.clip(0.5 - self.level[box], 0, 1).sum())
+        return 0.0 if box is None else filled(self.level[box])
 
     def fields(self) -> Fields:
         """Return fields whose surface, at a threshold of 0.5, is this liquid's."""
-        occupancy = 1 / (1 + np.exp(2 * np.clip(self.level, -10, 10)))
         distance = np.clip(self.level, -AIR, AIR)
-        return Fields(occupancy.astype(np.float32), distance, self.velocity, self.grid)
+        return Fields(probability(self.level), distance, self.velocity, self.grid)
 
 
 @njit(cache=True)
