@@ -19,7 +19,7 @@ help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
-	$(VENV_PYTHON) docs/make_demo.py --out out
+	$(VENV_PYTHON) scripts/make_demo.py --out out
 
 test: lint ## every check: lint, types, and the tests in plain Python, the bpy module and Blender
 	tests/every_way.sh $(TEST_ARGS)

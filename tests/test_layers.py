@@ -16,9 +16,15 @@ BLENDER_ONLY = {"bpy", "bmesh", "mathutils", "gpu", "blf"}
 NEVER = {"training", "liquid_splash_addon"}
 # The network itself. All else must import where torch is missing, for the add-on to say so.
 TORCH_MODULES = {
-    "condition", "generator", "network", "pixel_shuffle", "precision", "quantized", "span_judge",
-    "widening",
-}  # fmt: skip
+    "generator.bfloat16",
+    "generator.generator",
+    "generator.int8_conv",
+    "generator.patch_classifier",
+    "generator.pixel_shuffle",
+    "generator.precision",
+    "generator.sparse",
+    "generator.splash_unet",
+}
 
 
 def absolute_imports(path: Path) -> set[str]:

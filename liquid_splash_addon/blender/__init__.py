@@ -25,22 +25,16 @@ import os
 
 import bpy
 
-from . import (
-    evaluation,
-    live,
-    model,
-    model_evaluation,
+from .data import model, preferences, properties, refinements
+from .jobs import compose, live, refine
+from .scene import model_parts, obstacles
+from .ui import (
     model_operators,
     model_panel,
-    model_parts,
-    obstacles,
     operators,
     panels,
-    preferences,
-    properties,
     refinement_operators,
     refinement_panel,
-    refinements,
     sketch_presets,
 )
 
@@ -50,8 +44,8 @@ MODULES = (
     refinements,
     obstacles,
     preferences,
-    evaluation,
-    model_evaluation,
+    refine,
+    compose,
     live,
     model_parts,
     operators,
@@ -84,10 +78,10 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop what is running, free the generator and remove all classes, in reverse order."""
-    from . import generators, job
+    from .jobs import job, loaded_generator
 
     atexit.unregister(unregister)
     job.stop()
     for module in reversed(MODULES):
         module.unregister()
-    generators.free()
+    loaded_generator.free()

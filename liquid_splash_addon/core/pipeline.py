@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .alignment import Frame, fit_frame
-from .breakup import broken_up
-from .edges import smoothed_edges
-from .fields import Fields
+from .condition.voxelize import outside_share, rasterize
+from .generator.latent import draw_latent
 from .grid import Grid
-from .latent import draw_latent
-from .meshing import Mesh, surface
-from .reach import within_reach
+from .liquid.breakup import broken_up
+from .liquid.edge_smoothing import smoothed_edges
+from .liquid.fields import Fields
+from .liquid.stroke_reach import within_reach
+from .mesh.marching_cubes import Mesh, surface
 from .settings import SplashSettings
-from .strokes import Stroke, StrokeError, check_strokes, resampled_points
-from .voxels import outside_share, rasterize
+from .sketch.local_frame import Frame, fit_frame
+from .sketch.strokes import Stroke, StrokeError, check_strokes, resampled_points
 
 if TYPE_CHECKING:
-    from .generator import Generator
-    from .obstacles import Obstacle
+    from .generator.generator import Generator
+    from .obstacles.obstacles import Obstacle
     from .refinement.drop_meshes import DropCloud
     from .refinement.settings import RefinementSettings
 
@@ -137,7 +137,7 @@ def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:
     """Return the generator's obstacle on ``grid``, if there is one, to be passed on."""
     if not obstacles:
         return ()
-    from .obstacles import generator_obstacle
+    from .obstacles.obstacles import generator_obstacle
 
     distance = generator_obstacle(obstacles, grid)
     return () if distance is None else (distance,)

@@ -28,8 +28,8 @@ from tests.benchmarks.simulation import (
     run_mantaflow,
     run_ours,
 )
-from training.scenes import Scene
-from training.stepping import Physics
+from training.scenes.scene import Scene
+from training.simulation.stepping import Physics
 
 SCENES = (*SEEDS, 26)
 """A sphere, a cube and a cylinder: slow and thick, fast and long, thin and fast."""

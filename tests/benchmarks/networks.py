@@ -7,10 +7,15 @@ from functools import partial
 
 import torch
 
-from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork
-from liquid_splash_addon.core.precision import IN_EIGHT_BITS, PRECISIONS, is_usable, prepare
-from liquid_splash_addon.core.voxels import CHANNELS, SPANS
-from training.paper import PaperConfig, PaperGenerator
+from liquid_splash_addon.core.condition.voxelize import CHANNELS, SPANS
+from liquid_splash_addon.core.generator.precision import (
+    IN_EIGHT_BITS,
+    PRECISIONS,
+    is_usable,
+    prepare,
+)
+from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork
+from training.learning.paper.networks import PaperConfig, PaperGenerator
 
 CELLS = 128
 REPEATS = 3

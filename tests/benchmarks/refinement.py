@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The default refinements of the example crown at full resolution, and one slider of them."""
 
-from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.core.liquid.fields import Fields
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
 from liquid_splash_addon.core.refinement.stack import Refiner
 from tests.benchmarks.synthesis import median_seconds, prepared

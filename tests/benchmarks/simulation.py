@@ -26,11 +26,11 @@ import numpy as np
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 from tests.benchmarks.synthesis import own_peak_mb
-from training.families import random_scene
-from training.obstacles import Obstacle
-from training.scenes import Scene, Streamlet
-from training.simulate import occupied_cells
-from training.stepping import WALL, Liquid, Physics, World, advance, initial_liquid, step
+from training.scenes.families import random_scene
+from training.scenes.obstacles import Obstacle
+from training.scenes.scene import Scene, Streamlet
+from training.simulation.simulate import occupied_cells
+from training.simulation.stepping import WALL, Liquid, Physics, World, advance, initial_liquid, step
 
 ROOT = Path(__file__).resolve().parents[2]
 

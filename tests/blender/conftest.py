@@ -19,10 +19,10 @@ def addon() -> Iterator[None]:
 @pytest.fixture
 def tubes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every splash be made by the TubeGenerator."""
-    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.blender.jobs import loaded_generator
     from tests.blender.sketching import TubeGenerator
 
-    monkeypatch.setattr(generators, "get", lambda *_: TubeGenerator())
+    monkeypatch.setattr(loaded_generator, "get", lambda *_: TubeGenerator())
 
 
 @pytest.fixture
@@ -30,8 +30,8 @@ def thick_drafts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every splash be a draft of thick tubes, which can be joined without loss."""
     import bpy
 
-    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.blender.jobs import loaded_generator
     from tests.blender.modelling import ThickTubes
 
-    monkeypatch.setattr(generators, "get", lambda *_: ThickTubes())
+    monkeypatch.setattr(loaded_generator, "get", lambda *_: ThickTubes())
     bpy.context.scene.splash.settings.resolution = "64"

@@ -7,10 +7,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from liquid_splash_addon.blender import sketch as sketches
-from liquid_splash_addon.blender.mesh_object import read_mesh
-from liquid_splash_addon.core.mesh_distance import winding_on_grid
-from liquid_splash_addon.core.refinement.geometry import enclosed
+from liquid_splash_addon.blender.scene.mesh_object import read_mesh
+from liquid_splash_addon.blender.ui import sketch as sketches
+from liquid_splash_addon.core.mesh.geometry import enclosed
+from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from tests.blender.sketching import (
     TubeGenerator,
     add_sketch,

@@ -11,11 +11,11 @@ import numpy as np
 from mathutils import Matrix
 from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
-from liquid_splash_addon.blender import sketch as sketches
-from liquid_splash_addon.core.drawing import Drawing
-from liquid_splash_addon.core.fields import AIR, Fields
+from liquid_splash_addon.blender.ui import sketch as sketches
+from liquid_splash_addon.core.condition.voxelize import VELOCITY, Condition
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.voxels import VELOCITY, Condition
+from liquid_splash_addon.core.liquid.fields import AIR, Fields
+from liquid_splash_addon.core.sketch.drawing import Drawing
 
 SIZE = 0.32
 """Real size of the tests' splashes, metres: what they find does not hang on the default."""

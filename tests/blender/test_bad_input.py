@@ -9,9 +9,10 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import generators, preferences
-from liquid_splash_addon.core.drawing import Drawing
-from liquid_splash_addon.core.weights import default_weights_path
+from liquid_splash_addon.blender.data import preferences
+from liquid_splash_addon.blender.jobs import loaded_generator
+from liquid_splash_addon.core.generator.weights_file import default_weights_path
+from liquid_splash_addon.core.sketch.drawing import Drawing
 from tests.blender.sketching import add_sketch, fan, generate, line, splashes, vertices
 
 NAN = Drawing(np.array([(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)]), np.arange(3.0))
@@ -105,17 +106,17 @@ BAD_WEIGHTS = {
 
 @pytest.mark.parametrize("bad", BAD_WEIGHTS.values(), ids=BAD_WEIGHTS)
 def test_bad_weights(bad, tmp_path, monkeypatch):
-    from liquid_splash_addon.blender import generation
+    from liquid_splash_addon.blender.jobs import generate as generate_job
 
     make, message = bad
     path = make(tmp_path)
-    monkeypatch.setattr(generation, "weights_path", lambda context: path)
+    monkeypatch.setattr(generate_job, "weights_path", lambda context: path)
     add_sketch(fan())
     before = state()
     with pytest.raises(RuntimeError, match=message):
         generate()
     assert state() == before
-    assert path not in {key[0] for key in generators._loaded}
+    assert path not in {key[0] for key in loaded_generator._loaded}
 
 
 def test_without_an_entry_in_the_preferences_the_bundled_weights_are_used():

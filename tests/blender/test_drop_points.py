@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import drop_points
+from liquid_splash_addon.blender.scene import drop_points
 from liquid_splash_addon.core.refinement.settings import SMALLEST
 from tests.blender.modelling import single
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-from liquid_splash_addon.blender.grease_pencil import read_drawings, rigid_matrix
-from liquid_splash_addon.core.alignment import fit_frame
-from liquid_splash_addon.core.drawing import Drawing, strokes_from_drawings
+from liquid_splash_addon.blender.scene.grease_pencil import read_drawings, rigid_matrix
 from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketch.drawing import Drawing, strokes_from_drawings
+from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from tests.blender.sketching import add_sketch, bend, fan, line, slower
 
 SOMEWHERE = Matrix.LocRotScale(Vector((3, -2, 1)), Euler((0.4, -0.8, 1.9)), None)

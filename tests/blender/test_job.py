@@ -7,7 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import generation, job, targets
+from liquid_splash_addon.blender.jobs import generate as generate_job
+from liquid_splash_addon.blender.jobs import job
+from liquid_splash_addon.blender.scene import targets
 from liquid_splash_addon.core.pipeline import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
@@ -61,9 +63,9 @@ def test_a_splash_made_in_a_thread_is_the_same(tubes):
     add_sketch(fan())
     target = targets.find_target(bpy.context)
     settings = SplashSettings(real_size=SIZE, resolution="64", seed=4, variation=1)
-    request = generation.snapshot(bpy.context, target, settings)
-    result = job.Job(lambda report: generation.compute(request, report)).result()
-    splash = generation.write(bpy.context, request, result)
+    request = generate_job.snapshot(bpy.context, target, settings)
+    result = job.Job(lambda report: generate_job.compute(request, report)).result()
+    splash = generate_job.write(bpy.context, request, result)
     first = vertices(splash)
     bpy.data.objects.remove(splash)
     bpy.context.view_layer.objects.active = target.sketch
@@ -73,9 +75,9 @@ def test_a_splash_made_in_a_thread_is_the_same(tubes):
 def test_a_result_whose_sketch_was_deleted_is_dropped(tubes):
     sketch = add_sketch(fan())
     target = targets.find_target(bpy.context)
-    request = generation.snapshot(bpy.context, target, SplashSettings(resolution="64"))
-    result = generation.compute(request, lambda stage, share: None)
+    request = generate_job.snapshot(bpy.context, target, SplashSettings(resolution="64"))
+    result = generate_job.compute(request, lambda stage, share: None)
     bpy.data.objects.remove(sketch)
-    with pytest.raises(generation.SceneError, match="deleted"):
-        generation.write(bpy.context, request, result)
+    with pytest.raises(generate_job.SceneError, match="deleted"):
+        generate_job.write(bpy.context, request, result)
     assert not bpy.data.meshes

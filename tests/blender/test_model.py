@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from liquid_splash_addon.blender import model_evaluation
+from liquid_splash_addon.blender.jobs import compose
 from tests.blender.modelling import (
     bodies,
     bounds,
@@ -133,7 +133,7 @@ def test_a_slider_of_the_model_does_not_redo_its_splashes(monkeypatch):
     def forbidden(*_):
         raise AssertionError("a splash was refined again")
 
-    monkeypatch.setattr(model_evaluation, "finish", forbidden)
+    monkeypatch.setattr(compose, "finish", forbidden)
     before = vertices(model)
     model.splash_model.settings.blend = 6.0
     assert volume(model) > 0 and vertices(model).shape != before.shape

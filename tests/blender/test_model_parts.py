@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from mathutils import Matrix, Vector
 
-from liquid_splash_addon.blender import evaluation, generators, model_evaluation, model_parts
-from liquid_splash_addon.core.model import Composer
+from liquid_splash_addon.blender.jobs import compose, loaded_generator, refine
+from liquid_splash_addon.blender.scene import model_parts
+from liquid_splash_addon.core.composition.model import Composer
 from tests.blender.modelling import bounds, crossing, generate_layers, part, the_model, volume
 from tests.blender.sketching import add_sketch, bend, splashes, vertices
 
@@ -73,7 +74,7 @@ def test_the_splashes_are_shown_again_when_the_model_is_deleted():
 
 def test_too_much_memory_leaves_everything_as_it_was(monkeypatch):
     sketch = crossing()
-    monkeypatch.setattr(model_evaluation, "composer", Composer(most_memory=1 << 20))
+    monkeypatch.setattr(compose, "composer", Composer(most_memory=1 << 20))
     generate_layers(sketch)
     assert "GB" in the_model().splash_model.warnings
     assert not any(item.hide_viewport for item in splashes())
@@ -90,10 +91,10 @@ def test_a_saved_file_goes_on_without_the_generator(tmp_path, monkeypatch):
     before, name = vertices(model), model.name
     path = str(tmp_path / "model.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
-    monkeypatch.setattr(model_evaluation, "composer", None)
-    monkeypatch.setattr(model_evaluation, "_finished", {})
-    monkeypatch.setattr(evaluation, "refiner", None)
-    monkeypatch.setattr(generators, "get", None)
+    monkeypatch.setattr(compose, "composer", None)
+    monkeypatch.setattr(compose, "_finished", {})
+    monkeypatch.setattr(refine, "refiner", None)
+    monkeypatch.setattr(loaded_generator, "get", None)
     bpy.ops.wm.open_mainfile(filepath=path)
     again = bpy.data.objects[name]
     np.testing.assert_array_equal(vertices(again), before)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from liquid_splash_addon.blender import generators
+from liquid_splash_addon.blender.jobs import loaded_generator
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, generate, in_world, vertices
 
 pytestmark = pytest.mark.usefixtures("tubes")
@@ -74,7 +74,7 @@ def test_a_moved_obstacle_is_followed_on_update_and_regenerate():
 
 def test_the_generator_sees_the_obstacle(monkeypatch):
     generator = TubeGenerator()
-    monkeypatch.setattr(generators, "get", lambda *_: generator)
+    monkeypatch.setattr(loaded_generator, "get", lambda *_: generator)
     add_sketch(fan())
     splash = generate()
     assert generator.obstacle is None

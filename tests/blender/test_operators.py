@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from liquid_splash_addon.blender.generation import frame_from_text
-from liquid_splash_addon.blender.mesh_object import FIELDS
-from liquid_splash_addon.blender.properties import to_settings
-from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.blender.data.properties import to_settings
+from liquid_splash_addon.blender.jobs.generate import frame_from_text
+from liquid_splash_addon.blender.scene.mesh_object import FIELDS
+from liquid_splash_addon.core.liquid.fields import Fields
 from tests.blender.sketching import (
     TubeGenerator,
     add_sketch,
@@ -85,10 +85,12 @@ def test_what_is_needed_to_make_it_again_is_kept_on_the_splash():
 
 
 def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
-    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.blender.jobs import loaded_generator
 
     asked = []
-    monkeypatch.setattr(generators, "get", lambda *given: asked.append(given) or TubeGenerator())
+    monkeypatch.setattr(
+        loaded_generator, "get", lambda *given: asked.append(given) or TubeGenerator()
+    )
     add_sketch(fan())
     splash = generate()
     splash.splash.precision = "bfloat16"
@@ -98,9 +100,9 @@ def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
 
 
 def test_another_format_than_the_recorded_one_is_a_warning(monkeypatch):
-    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.blender.jobs import loaded_generator
 
-    monkeypatch.setattr(generators, "get", lambda *given: TubeGenerator())
+    monkeypatch.setattr(loaded_generator, "get", lambda *given: TubeGenerator())
     add_sketch(fan())
     splash = generate()
     assert "format" not in splash.splash.warnings

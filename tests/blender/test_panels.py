@@ -9,13 +9,9 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import dependencies, job
-from liquid_splash_addon.blender.model_panel import SPLASH_PT_model, SPLASH_PT_model_waves
-from liquid_splash_addon.blender.panels import (
-    SPLASH_PT_info,
-    SPLASH_PT_main,
-    SPLASH_PT_settings,
-)
+from liquid_splash_addon.blender.jobs import dependencies, job
+from liquid_splash_addon.blender.ui.model_panel import SPLASH_PT_model, SPLASH_PT_model_waves
+from liquid_splash_addon.blender.ui.panels import SPLASH_PT_info, SPLASH_PT_main, SPLASH_PT_settings
 from tests.blender.modelling import crossing, generate_layers, part
 from tests.blender.sketching import add_sketch, fan, generate
 

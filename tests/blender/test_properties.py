@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.properties import assign_settings, to_settings
+from liquid_splash_addon.blender.data.properties import assign_settings, to_settings
 from liquid_splash_addon.core.settings import SplashSettings
 
 NAMES = [item.name for item in fields(SplashSettings)]

@@ -6,12 +6,12 @@ import pytest
 from mathutils import Vector
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.blender.generation import frame_from_text
-from liquid_splash_addon.core.drawing import strokes_from_drawings
+from liquid_splash_addon.blender.jobs.generate import frame_from_text
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
-from liquid_splash_addon.core.strokes import resample
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
+from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
+from liquid_splash_addon.core.sketch.strokes import resample
 from tests.blender.sketching import add_sketch, generate, vertices
 
 RESOLUTIONS = ("64", "128")
@@ -52,10 +52,10 @@ def test_the_splash_follows_the_strokes(name):
 
 def test_a_format_that_this_device_does_not_have_gives_way():
     """As in a file from another machine."""
-    from liquid_splash_addon.blender import generators
-    from liquid_splash_addon.core.precision import PRECISIONS
+    from liquid_splash_addon.blender.jobs import loaded_generator
+    from liquid_splash_addon.core.generator.precision import PRECISIONS
 
-    generator = generators.get(None, "CPU", "float8")
-    again = generators.get(None, "CPU", generator.precision)
-    generators.free()
+    generator = loaded_generator.get(None, "CPU", "float8")
+    again = loaded_generator.get(None, "CPU", generator.precision)
+    loaded_generator.free()
     assert generator.precision in PRECISIONS and again is generator

@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import evaluation
-from liquid_splash_addon.blender.mesh_object import FIELDS
-from liquid_splash_addon.blender.refinements import steps_of
+from liquid_splash_addon.blender.data.refinements import steps_of
+from liquid_splash_addon.blender.jobs import refine
+from liquid_splash_addon.blender.scene.mesh_object import FIELDS
 from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
@@ -118,14 +118,14 @@ def test_a_saved_file_refines_without_generating(splash, tmp_path, monkeypatch):
     refined, name = vertices(splash), splash.name
     path = str(tmp_path / "splash.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
-    evaluation.refiner = None
+    refine.refiner = None
     bpy.ops.wm.open_mainfile(filepath=path)
-    from liquid_splash_addon.blender import generators
+    from liquid_splash_addon.blender.jobs import loaded_generator
 
     def forbidden(*_):
         raise AssertionError("the generator was asked")
 
-    monkeypatch.setattr(generators, "get", forbidden)
+    monkeypatch.setattr(loaded_generator, "get", forbidden)
     again = bpy.data.objects[name]
     again.splash_stack.items[0].show = False
     assert vertices(again).shape != refined.shape

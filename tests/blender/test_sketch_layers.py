@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender import generation
-from liquid_splash_addon.blender import sketch as sketches
-from liquid_splash_addon.blender.mesh_object import FIELDS
+from liquid_splash_addon.blender.jobs import generate as generate_job
+from liquid_splash_addon.blender.scene.mesh_object import FIELDS
+from liquid_splash_addon.blender.ui import sketch as sketches
 from tests.blender.modelling import bounds, crossing, generate_layers, layered, part, the_model
 from tests.blender.sketching import fan, line, splashes, vertices
 
@@ -17,9 +17,11 @@ pytestmark = pytest.mark.usefixtures("thick_drafts")
 def test_only_the_layer_that_changed_is_made_anew(monkeypatch):
     sketch = crossing()
     model = generate_layers(sketch)
-    asked, plain = [], generation.compute
+    asked, plain = [], generate_job.compute
     monkeypatch.setattr(
-        generation, "compute", lambda run, report: (asked.append(run.layer), plain(run, report))[1]
+        generate_job,
+        "compute",
+        lambda run, report: (asked.append(run.layer), plain(run, report))[1],
     )
     kept = bytes(part("A").data[FIELDS]), vertices(part("A"))
     before = vertices(model)

@@ -8,14 +8,14 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender.grease_pencil import raw_strokes, read_drawings
-from liquid_splash_addon.blender.panels import SPLASH_PT_main
-from liquid_splash_addon.blender.sketch_presets import (
+from liquid_splash_addon.blender.scene.grease_pencil import raw_strokes, read_drawings
+from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
+from liquid_splash_addon.blender.ui.sketch_presets import (
     SPLASH_MT_preset_sketches,
     SPLASH_OT_preset_sketch,
     property_name,
 )
-from liquid_splash_addon.core.sketches import PRESETS
+from liquid_splash_addon.core.sketch.presets import PRESETS
 from tests.blender.sketching import add_sketch, fan, generate
 
 

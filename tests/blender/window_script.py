@@ -17,14 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender import (
-    evaluation,
-    generators,
-    job,
-    live,
-    model_evaluation,
-)
-from liquid_splash_addon.blender.sketch import add_strokes
+from liquid_splash_addon.blender.jobs import compose, job, live, loaded_generator, refine
+from liquid_splash_addon.blender.ui.sketch import add_strokes
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
 PATIENCE = 60.0
@@ -148,7 +142,7 @@ def refining() -> Iterator[Condition]:
 
     def is_evaluated() -> bool:
         (splash,) = splashes()
-        now = evaluation.task_of(splash).name
+        now = refine.task_of(splash).name
         return splash.splash_stack.evaluated == now and not live.stage_of(splash)
 
     def count() -> int:
@@ -257,7 +251,7 @@ def joining() -> Iterator[Condition]:
         return next(item for item in bpy.context.scene.objects if item.splash_model.is_model)
 
     def is_evaluated() -> bool:
-        now = model_evaluation.task_of(model()).name
+        now = compose.task_of(model()).name
         return model().splash_model.evaluated == now and not live.stage_of(model())
 
     def hidden() -> list[bool]:
@@ -338,6 +332,6 @@ def run(script: Iterator[Condition]) -> Callable[[], float | None]:
 
 if __name__ == "__main__":
     liquid_splash_addon.register()
-    generators.get = lambda *_: GENERATOR
+    loaded_generator.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False
     bpy.app.timers.register(run(everything()), first_interval=1.0, persistent=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.voxels import CHANNELS, SPANS, Condition
+from liquid_splash_addon.core.condition.voxelize import CHANNELS, SPANS, Condition
+from liquid_splash_addon.core.sketch.strokes import Stroke
 
 
 def line(start, stop, speed=1.0, points=20) -> Stroke:

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from liquid_splash_addon.core.alignment import fit_frame, principal_axes
-from liquid_splash_addon.core.drawing import strokes_from_drawings
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.sketches import example_sketch
-from liquid_splash_addon.core.strokes import Stroke, StrokeError, resampled_points
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
+from liquid_splash_addon.core.sketch.local_frame import fit_frame, principal_axes
+from liquid_splash_addon.core.sketch.presets import example_sketch
+from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, resampled_points
 
 from .sketching import fan, line, moved
 

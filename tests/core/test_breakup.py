@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from liquid_splash_addon.core import breakup
-from liquid_splash_addon.core.breakup import broken_up, disturbance, flown, growth
-from liquid_splash_addon.core.fields import AIR, Fields, settle
 from liquid_splash_addon.core.fluid.surface_tension import WATER
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
-from liquid_splash_addon.core.meshing import filled, surface, surface_level
-from liquid_splash_addon.core.refinement.level import Liquid
+from liquid_splash_addon.core.liquid import breakup
+from liquid_splash_addon.core.liquid.breakup import broken_up, disturbance, flown, growth
+from liquid_splash_addon.core.liquid.fields import AIR, Fields, settle
+from liquid_splash_addon.core.liquid.level_set import Liquid
+from liquid_splash_addon.core.mesh.marching_cubes import filled, surface, surface_level
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.strokes import Stroke
+from liquid_splash_addon.core.sketch.strokes import Stroke
 from tests.core.sketching import line
 
 LENGTH = 0.25

@@ -11,17 +11,21 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.alignment import Frame
-from liquid_splash_addon.core.blending import united
-from liquid_splash_addon.core.blocks import SHARP, SIDE, joined
-from liquid_splash_addon.core.composition import compose
-from liquid_splash_addon.core.contact import push_out
+from liquid_splash_addon.core.composition.placement import CompositionError, Placed
+from liquid_splash_addon.core.composition.sparse_blocks import SHARP, SIDE, joined
+from liquid_splash_addon.core.composition.union import compose
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import level_surface
-from liquid_splash_addon.core.obstacles import ObstacleError, depth_of_points, obstacle_from_mesh
+from liquid_splash_addon.core.liquid.level_set import Liquid
+from liquid_splash_addon.core.liquid.smooth_csg import united
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.obstacles.contact import push_out
+from liquid_splash_addon.core.obstacles.obstacles import (
+    ObstacleError,
+    depth_of_points,
+    obstacle_from_mesh,
+)
 from liquid_splash_addon.core.pipeline import Cancelled
-from liquid_splash_addon.core.placing import CompositionError, Placed
-from liquid_splash_addon.core.refinement.level import Liquid
+from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, is_closed, sphere, volume
 

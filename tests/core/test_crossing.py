@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from liquid_splash_addon.core import crossing, meshing
-from liquid_splash_addon.core.crossing import crossing_faces, take_back
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import Mesh, level_surface
+from liquid_splash_addon.core.mesh import marching_cubes, self_intersection
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh, level_surface
+from liquid_splash_addon.core.mesh.self_intersection import crossing_faces, take_back
 from tests.core.refinement.level_meshes import mesh_of
 from tests.core.refinement.test_remeshing import crossing_faces as crossing_by_pymeshlab
 from tests.core.refinement.test_remeshing import is_manifold
@@ -68,11 +68,11 @@ def meshed(level: np.ndarray) -> Mesh:
 @pytest.mark.parametrize(("shape", "thin"), [(cones, True), (tangle, True), (tangle, False)])
 def test_smoothing_lets_no_faces_cross(shape, thin, monkeypatch):
     if thin:  # cones as thick as their cells keep apart by themselves
-        monkeypatch.setattr(meshing, "level_of_volume", lambda level, blurred: 0.0)
+        monkeypatch.setattr(marching_cubes, "level_of_volume", lambda level, blurred: 0.0)
     mesh = meshed(shape())
     assert crossing_by_pymeshlab(mesh.vertices, mesh.faces) == 0
     assert is_manifold(mesh.faces)
-    monkeypatch.setattr(crossing, "take_back", lambda before, moved, faces: moved)
+    monkeypatch.setattr(self_intersection, "take_back", lambda before, moved, faces: moved)
     plain = meshed(shape())
     crossed = crossing_faces(plain.vertices, plain.faces)
     assert crossed.any(), "without help it does"

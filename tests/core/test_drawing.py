@@ -4,14 +4,14 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.drawing import (
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketch.drawing import (
     Drawing,
     estimate_velocity,
     strokes_from_drawings,
     tangents,
 )
-from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.strokes import StrokeError
+from liquid_splash_addon.core.sketch.strokes import StrokeError
 
 
 def arc(speed, points=80, radius=1.0):

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from liquid_splash_addon.core.edges import smoothed_edges
-from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import probability, surface
+from liquid_splash_addon.core.liquid.edge_smoothing import smoothed_edges
+from liquid_splash_addon.core.liquid.fields import AIR, Fields
+from liquid_splash_addon.core.mesh.marching_cubes import probability, surface
 
 SHAPE = (64, 40, 24)
 EDGE = 40.0

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.fields import AIR, Fields, settle
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import surface
+from liquid_splash_addon.core.liquid.fields import AIR, Fields, settle
+from liquid_splash_addon.core.mesh.marching_cubes import surface
 
 GRID = Grid((32, 32, 32), 0.01, (-0.16, -0.16, -0.16))
 RADIUS = 0.1

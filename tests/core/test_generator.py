@@ -8,7 +8,19 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition import (  # noqa: E402
+from liquid_splash_addon.core.condition.voxelize import (  # noqa: E402
+    CHANNELS,
+    PLACE,
+    SPANS,
+    SPANS_VELOCITY,
+    VELOCITY,
+    rasterize,
+)
+from liquid_splash_addon.core.generator.generator import Generator, bounding_box  # noqa: E402
+from liquid_splash_addon.core.generator.latent import draw_latent  # noqa: E402
+from liquid_splash_addon.core.generator.pixel_shuffle import pixel_shuffle  # noqa: E402
+from liquid_splash_addon.core.generator.precision import is_usable  # noqa: E402
+from liquid_splash_addon.core.generator.sparse import (  # noqa: E402
     Crossed,
     closeness,
     crossed_cells,
@@ -18,34 +30,15 @@ from liquid_splash_addon.core.condition import (  # noqa: E402
     nearness,
     patches,
 )
-from liquid_splash_addon.core.fields import AIR, settle  # noqa: E402
-from liquid_splash_addon.core.generator import (  # noqa: E402
-    Generator,
-    bounding_box,
-)
-from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
-from liquid_splash_addon.core.latent import draw_latent  # noqa: E402
-from liquid_splash_addon.core.network import (  # noqa: E402
-    Draft,
-    NetworkConfig,
-    SplashNetwork,
-)
-from liquid_splash_addon.core.pixel_shuffle import pixel_shuffle  # noqa: E402
-from liquid_splash_addon.core.precision import is_usable  # noqa: E402
-from liquid_splash_addon.core.voxels import (  # noqa: E402
-    CHANNELS,
-    PLACE,
-    SPANS,
-    SPANS_VELOCITY,
-    VELOCITY,
-    rasterize,
-)
-from liquid_splash_addon.core.weights import (  # noqa: E402
+from liquid_splash_addon.core.generator.splash_unet import Draft, NetworkConfig, SplashNetwork  # noqa: E402
+from liquid_splash_addon.core.generator.weights_file import (  # noqa: E402
     WeightsError,
     default_weights_path,
     load_generator,
     save_weights,
 )
+from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
+from liquid_splash_addon.core.liquid.fields import AIR, settle  # noqa: E402
 from tests.core.sketching import fan, sparse  # noqa: E402
 
 SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)

@@ -6,11 +6,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.latent import candidates, draw_latent, latent_shape, opposites
+from liquid_splash_addon.core.generator.latent import (
+    candidates,
+    draw_latent,
+    latent_shape,
+    opposites,
+)
 
 pytest.importorskip("torch")
 
-from liquid_splash_addon.core.network import NetworkConfig
+from liquid_splash_addon.core.generator.splash_unet import NetworkConfig
 
 CONFIG = NetworkConfig()  # four numbers for the whole, four for each part
 

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core import model as models
-from liquid_splash_addon.core.alignment import Frame
+from liquid_splash_addon.core.composition import model as models
+from liquid_splash_addon.core.composition.model import Composer, Part, copies, free_drops
+from liquid_splash_addon.core.composition.placement import CompositionError, Placed
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import Mesh
-from liquid_splash_addon.core.model import Composer, Part, copies, free_drops
-from liquid_splash_addon.core.placing import CompositionError, Placed
+from liquid_splash_addon.core.liquid.level_set import Liquid
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh
 from liquid_splash_addon.core.refinement.drop_meshes import DropCloud
-from liquid_splash_addon.core.refinement.level import Liquid
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.settings import ModelSettings
+from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, is_closed, volume
 

@@ -6,12 +6,12 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from liquid_splash_addon.core.alignment import Frame
-from liquid_splash_addon.core.condition import closeness
-from liquid_splash_addon.core.contact import normals, push_out
+from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import level_surface, sample_field
-from liquid_splash_addon.core.obstacles import (
+from liquid_splash_addon.core.liquid.level_set import Liquid
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface, sample_field
+from liquid_splash_addon.core.obstacles.contact import normals, push_out
+from liquid_splash_addon.core.obstacles.obstacles import (
     CLOSE,
     Obstacle,
     ObstacleError,
@@ -22,7 +22,7 @@ from liquid_splash_addon.core.obstacles import (
     obstacle_from_mesh,
     signed_distance,
 )
-from liquid_splash_addon.core.refinement.level import Liquid
+from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, box_distance, is_closed, sphere, torus, volume
 

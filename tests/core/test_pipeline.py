@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("torch")
 
-from liquid_splash_addon.core.drawing import strokes_from_drawings
+from liquid_splash_addon.core.generator.weights_file import load_generator
 from liquid_splash_addon.core.pipeline import Cancelled, make_splash
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.sketches import SKETCHES, example_sketch
-from liquid_splash_addon.core.strokes import Stroke, StrokeError, resampled_points
-from liquid_splash_addon.core.weights import load_generator
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
+from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
+from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, resampled_points
 
 from .sketching import line, moved
 

@@ -4,8 +4,13 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.composition import compose
-from liquid_splash_addon.core.placing import CompositionError, Placed, mirrored, radial
+from liquid_splash_addon.core.composition.placement import (
+    CompositionError,
+    Placed,
+    mirrored,
+    radial,
+)
+from liquid_splash_addon.core.composition.union import compose
 
 from .solids import volume
 from .test_composition import BALL, HERE, TURN, at, ball, pieces, surface

@@ -9,14 +9,14 @@ torch = pytest.importorskip("torch")
 
 from torch import nn  # noqa: E402
 
-from liquid_splash_addon.core import precision, quantized  # noqa: E402
-from liquid_splash_addon.core.network import convolution  # noqa: E402
-from liquid_splash_addon.core.precision import (  # noqa: E402
+from liquid_splash_addon.core.generator import int8_conv, precision  # noqa: E402
+from liquid_splash_addon.core.generator.precision import (  # noqa: E402
     PRECISIONS,
     fastest_in_use,
     is_usable,
     prepare,
 )
+from liquid_splash_addon.core.generator.splash_unet import convolution  # noqa: E402
 
 needs_eight_bits = pytest.mark.skipif(
     not (torch.backends.mkldnn.is_available() and hasattr(torch.ops.onednn, "qconv3d_pointwise")),
@@ -51,7 +51,7 @@ def test_more_bias_is_added(size, has_bias):
         apart = layer(x) + more[:, None, None, None]
         torch.testing.assert_close(layer(x, more), apart, rtol=1e-4, atol=1e-4)
         if size == 3 and is_usable("cpu", "int8"):
-            eight = quantized.QuantizedConvolution(layer)
+            eight = int8_conv.QuantizedConvolution(layer)
             apart = eight(x) + more[:, None, None, None]
             torch.testing.assert_close(eight(x, more), apart, rtol=1e-4, atol=1e-4)
 
@@ -61,7 +61,7 @@ def test_more_bias_is_added(size, has_bias):
 @pytest.mark.parametrize("stride", [1, 2])
 def test_eight_bits_are_near_the_exact(low, stride):
     """Borders too, where the zeros around the box must stay zeros."""
-    near = 2.55 / quantized.input_steps()
+    near = 2.55 / int8_conv.input_steps()
     layer = nn.Sequential(nn.Conv3d(16, 8, 3, stride, padding=1))
     x = features(16, low=low)
     with torch.inference_mode():
@@ -79,7 +79,7 @@ def test_pairs_of_products_do_not_overflow_without_vnni(monkeypatch):
     layer = nn.Sequential(nn.Conv3d(16, 8, 3, padding=1))
     nn.init.ones_(layer[0].weight)
     x = torch.ones(1, 16, 6, 6, 6)
-    values, _, _ = quantized.quantize(x, quantized.input_steps())
+    values, _, _ = int8_conv.quantize(x, int8_conv.input_steps())
     assert 2 * int(values.max()) * 127 < 2**15
     with torch.inference_mode():
         exact = layer(x)

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.fields import AIR, Fields
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import surface
-from liquid_splash_addon.core.reach import RIM, within_reach
+from liquid_splash_addon.core.liquid.fields import AIR, Fields
+from liquid_splash_addon.core.liquid.stroke_reach import RIM, within_reach
+from liquid_splash_addon.core.mesh.marching_cubes import surface
 from tests.core.sketching import line
 
 CELLS = 48

@@ -7,17 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.core.alignment import longest_side
-from liquid_splash_addon.core.drawing import strokes_from_drawings
 from liquid_splash_addon.core.pipeline import make_splash, prepare_frame
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.sketches import (
-    HAND_SPEED,
-    PRESETS,
-    SKETCHES,
-    example_sketch,
-)
-from liquid_splash_addon.core.strokes import arc_length, check_strokes, resampled_points
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
+from liquid_splash_addon.core.sketch.local_frame import longest_side
+from liquid_splash_addon.core.sketch.presets import HAND_SPEED, PRESETS, SKETCHES, example_sketch
+from liquid_splash_addon.core.sketch.strokes import arc_length, check_strokes, resampled_points
 
 DRAFT = SplashSettings(resolution="64", device="CPU")
 
@@ -253,7 +248,7 @@ def test_the_sketches_that_figures_are_measured_on_are_kept():
 @pytest.mark.parametrize("name", PRESETS)
 def test_liquid_comes_of_each_layer(name):
     pytest.importorskip("torch")
-    from liquid_splash_addon.core.weights import load_generator
+    from liquid_splash_addon.core.generator.weights_file import load_generator
 
     generator = load_generator(device="CPU")
     for layer, drawings in PRESETS[name]().layers().items():

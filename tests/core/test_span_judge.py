@@ -6,8 +6,9 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.span_graph import _gradient, graph_of  # noqa: E402
-from liquid_splash_addon.core.span_judge import (  # noqa: E402
+from liquid_splash_addon.core.condition.patches.features import _gradient, graph_of  # noqa: E402
+from liquid_splash_addon.core.condition.patches.gabriel import knots_of, patches_of, span  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import (  # noqa: E402
     PAIR_FEATURES,
     Graph,
     SpanJudge,
@@ -16,9 +17,8 @@ from liquid_splash_addon.core.span_judge import (  # noqa: E402
     mean_and_most,
     save_judge,
 )
-from liquid_splash_addon.core.spans import knots_of, patches_of, span  # noqa: E402
-from liquid_splash_addon.core.strokes import Stroke  # noqa: E402
-from liquid_splash_addon.core.weights import WeightsError, default_weights_path  # noqa: E402
+from liquid_splash_addon.core.generator.weights_file import WeightsError, default_weights_path  # noqa: E402
+from liquid_splash_addon.core.sketch.strokes import Stroke  # noqa: E402
 
 from .sketching import fan, line  # noqa: E402
 

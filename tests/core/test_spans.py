@@ -4,11 +4,18 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core import span_filling
+from liquid_splash_addon.core.condition.patches import sampling
+from liquid_splash_addon.core.condition.patches.gabriel import (
+    MOST_POINTS,
+    QUALITIES,
+    STEP,
+    WIDEST,
+    knots_of,
+    span,
+)
+from liquid_splash_addon.core.condition.voxelize import SPANS, rasterize
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
-from liquid_splash_addon.core.spans import MOST_POINTS, QUALITIES, STEP, WIDEST, knots_of, span
-from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.voxels import SPANS, rasterize
+from liquid_splash_addon.core.sketch.strokes import Stroke
 
 from .sketching import fan, line
 
@@ -139,10 +146,10 @@ def test_samples_leave_no_cell_out():
     strokes = barrel(10)
     grid = Grid.local()
     cells = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
-    before = span_filling.FILLED
-    span_filling.FILLED = before / 3
+    before = sampling.FILLED
+    sampling.FILLED = before / 3
     try:
         more = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
     finally:
-        span_filling.FILLED = before
+        sampling.FILLED = before
     assert before < LOCAL_SPACING and cells > 0.93 * more

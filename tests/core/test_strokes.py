@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.strokes import Stroke, StrokeError, check_strokes, resample
+from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, check_strokes, resample
 
 from .sketching import line
 

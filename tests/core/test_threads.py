@@ -8,7 +8,7 @@ from multiprocessing import get_context
 
 import pytest
 
-from liquid_splash_addon.core.threads import in_parts
+from liquid_splash_addon.core.numeric.threads import in_parts
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 4, 1001])

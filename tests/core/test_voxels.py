@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.condition.voxelize import PLACE, VELOCITY, outside_share, rasterize
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.voxels import PLACE, VELOCITY, outside_share, rasterize
 
 from .sketching import line
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from liquid_splash_addon.core.windows import mean_around
+from liquid_splash_addon.core.numeric.box_filter import mean_around
 
 
 def test_means_leave_out_what_is_negative_and_what_is_no_cell():

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from liquid_splash_addon.core.fields import AIR, Fields
+from liquid_splash_addon.core.liquid.fields import AIR, Fields
 
 
 class Slabs:

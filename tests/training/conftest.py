@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from training import simulate
-from training.frames import load_parameters, scene_path, write_whole
+from training.data.frames import load_parameters, scene_path, write_whole
+from training.simulation import simulate
 
 
 @pytest.fixture(scope="session")
@@ -25,7 +25,7 @@ def run_command() -> Callable[..., int]:
 @pytest.fixture(scope="session")
 def toy_data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a data set of one scene each for training, validation and tests, at 32 cells."""
-    from training.dataset import split_of
+    from training.data.dataset import split_of
 
     data = tmp_path_factory.mktemp("data")
     wanted, seed = {"train", "validation", "test"}, 0

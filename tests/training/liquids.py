@@ -4,8 +4,8 @@
 import numpy as np
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from training.obstacles import Obstacle
-from training.stepping import Liquid
+from training.scenes.obstacles import Obstacle
+from training.simulation.stepping import Liquid
 
 ALONG_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Axes of a tank whose length lies along x."""

@@ -10,12 +10,12 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.fields import Fields  # noqa: E402
+from liquid_splash_addon.core.generator.weights_file import default_weights_path  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
-from liquid_splash_addon.core.weights import default_weights_path  # noqa: E402
+from liquid_splash_addon.core.liquid.fields import Fields  # noqa: E402
 from tests.training.answering import Slabs  # noqa: E402
-from training.answers import ByGrid, best_threshold, calibrate, load_answers  # noqa: E402
-from training.dataset import held_out_sample, load_items  # noqa: E402
+from training.data.dataset import held_out_sample, load_items  # noqa: E402
+from training.evaluation.answers import ByGrid, best_threshold, calibrate, load_answers  # noqa: E402
 
 
 def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
@@ -26,7 +26,7 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
         paper.cells = cells
         torch.save({"kind": "paper"}, path / "checkpoint.pt")
     loader = SimpleNamespace(load_paper=lambda path: papers[path])
-    monkeypatch.setitem(sys.modules, "training.paper", loader)
+    monkeypatch.setitem(sys.modules, "training.learning.paper.networks", loader)
     answers, hashes = load_answers([f"a={run}", f"a={finer}"])
     assert list(answers) == ["a"] and len(hashes["a"].split()) == 2
     grid, condition = Grid.local(64), None

@@ -15,15 +15,16 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("torch")
 
-from liquid_splash_addon.core.alignment import Frame, fit_frame
-from liquid_splash_addon.core.fields import Fields
+from liquid_splash_addon.core.condition.voxelize import rasterize
+from liquid_splash_addon.core.generator.weights_file import load_generator
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import Mesh
-from liquid_splash_addon.core.strokes import Stroke
-from liquid_splash_addon.core.voxels import rasterize
-from liquid_splash_addon.core.weights import load_generator
-from training import claims, shapes
-from training.letters import (
+from liquid_splash_addon.core.liquid.fields import Fields
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh
+from liquid_splash_addon.core.sketch.local_frame import Frame, fit_frame
+from liquid_splash_addon.core.sketch.strokes import Stroke
+from training.data.recorded import read_recording
+from training.evaluation import claims
+from training.evaluation.letters import (
     LETTERS,
     PAGE_FRAME,
     letter_drawings,
@@ -31,8 +32,8 @@ from training.letters import (
     read_letter,
     template,
 )
-from training.recorded import read_recording
-from training.studio import SIZE, Studio
+from training.evaluation.studio import SIZE, Studio
+from training.measures import shapes
 
 GRIDS = {"speed": 128, "letters": 128, "variation": 128}
 """Grids of the claims that drafts are too coarse for; the others are tried on drafts."""

@@ -4,7 +4,7 @@
 import json
 from pathlib import Path
 
-from training import curves
+from training.evaluation import curves
 
 
 def write_looks(run: Path, *looks: tuple[int, float]) -> None:

@@ -9,21 +9,15 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.alignment import fit_frame  # noqa: E402
-from liquid_splash_addon.core.condition import Crossed, halved  # noqa: E402
-from liquid_splash_addon.core.fields import AIR  # noqa: E402
+from liquid_splash_addon.core.condition.voxelize import SPANS, VELOCITY  # noqa: E402
+from liquid_splash_addon.core.generator.sparse import Crossed, halved  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
+from liquid_splash_addon.core.liquid.fields import AIR  # noqa: E402
 from liquid_splash_addon.core.pipeline import Cancelled, make_splash  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
-from liquid_splash_addon.core.voxels import SPANS, VELOCITY  # noqa: E402
-from training.dataset import (  # noqa: E402
-    augmented_frame,
-    held_out_sample,
-    load_items,
-    samples_on,
-    split_of,
-)
-from training.frames import (  # noqa: E402
+from liquid_splash_addon.core.sketch.local_frame import fit_frame  # noqa: E402
+from training.data.dataset import augmented_frame, held_out_sample, load_items, samples_on, split_of  # noqa: E402
+from training.data.frames import (  # noqa: E402
     StoredFrame,
     load_scene,
     near_blocks,
@@ -33,8 +27,8 @@ from training.frames import (  # noqa: E402
     scene_path,
     write_whole,
 )
-from training.sketching import draw_strokes, trace_frame  # noqa: E402
-from training.stream import Lessons, Wish, collate, stream  # noqa: E402
+from training.data.sketching import draw_strokes, trace_frame  # noqa: E402
+from training.data.stream import Lessons, Wish, collate, stream  # noqa: E402
 
 TOY = Wish(cells=32, crop=32)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from training import displaced
+from training.research import displaced
 
 
 def sheet(thick: float, cells: int = 48) -> np.ndarray:

@@ -12,18 +12,17 @@ from scipy.spatial.transform import Rotation
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.fields import AIR, Fields  # noqa: E402
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
+from liquid_splash_addon.core.liquid.fields import AIR, Fields  # noqa: E402
 from tests.training.answering import Slabs  # noqa: E402
-from training import ceiling, evaluate  # noqa: E402
-from training.answers import BASELINES, latents_for  # noqa: E402
-from training.baselines import NearestExample, trace_sketches  # noqa: E402
-from training.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
-from training.dataset import load_items  # noqa: E402
-from training.diversity import diversity, seeds_row  # noqa: E402
-from training.diversity import summary as diversity_summary  # noqa: E402
-from training.metrics import average, relative_divergence  # noqa: E402
-from training.report import (  # noqa: E402
+from training.data.dataset import load_items  # noqa: E402
+from training.evaluation import ceiling, evaluate  # noqa: E402
+from training.evaluation.answers import BASELINES, latents_for  # noqa: E402
+from training.evaluation.baselines import NearestExample, trace_sketches  # noqa: E402
+from training.evaluation.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
+from training.evaluation.diversity import diversity, seeds_row  # noqa: E402
+from training.evaluation.diversity import summary as diversity_summary  # noqa: E402
+from training.evaluation.report import (  # noqa: E402
     STROKES,
     TIMES,
     frames_hash,
@@ -34,7 +33,8 @@ from training.report import (  # noqa: E402
     standard_error,
     summary,
 )
-from training.shapes import halved  # noqa: E402
+from training.measures.metrics import average, relative_divergence  # noqa: E402
+from training.measures.shapes import halved  # noqa: E402
 
 
 def flow(a: float, b: float, c: float) -> np.ndarray:

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from training import ruptures
-from training.ceiling import frame_iou, stored_twins
-from training.ceiling import main as ceiling_main
-from training.dataset import SPLITS, list_items, load_items
-from training.frames import load_parameters
-from training.inspect import histogram
-from training.inspect import main as inspect_main
-from training.obstacles import NOTHING, Obstacle
-from training.picture import contact_sheet, draw_liquid, titled
-from training.scenes import Scene
+from training.data.dataset import SPLITS, list_items, load_items
+from training.data.frames import load_parameters
+from training.data.inspect import histogram
+from training.data.inspect import main as inspect_main
+from training.evaluation.ceiling import frame_iou, stored_twins
+from training.evaluation.ceiling import main as ceiling_main
+from training.figures.picture import contact_sheet, draw_liquid, titled
+from training.research import ruptures
+from training.scenes.obstacles import NOTHING, Obstacle
+from training.scenes.scene import Scene
 
 
 def ball(radius=12.0, side=40):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.strokes import Stroke
-from training import misses
+from liquid_splash_addon.core.sketch.strokes import Stroke
+from training.research import misses
 
 
 def plate(middle: float, thickness: float, cells: int = 32) -> np.ndarray:

@@ -7,8 +7,8 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
-from training.optimising import Muon, Optimiser, as_matrix, orthogonal, parameter_groups  # noqa: E402
+from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork  # noqa: E402
+from training.learning.optimising import Muon, Optimiser, as_matrix, orthogonal, parameter_groups  # noqa: E402
 
 SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 

@@ -14,17 +14,17 @@ from torch.utils.flop_counter import FlopCounterMode  # noqa: E402
 
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
 from tests.core.sketching import sparse  # noqa: E402
-from training import paper_learner  # noqa: E402
-from training.losses import VELOCITY_SCALE, Batch  # noqa: E402
-from training.metrics import iou  # noqa: E402
-from training.paper import (  # noqa: E402
+from training.learning.losses import VELOCITY_SCALE, Batch  # noqa: E402
+from training.learning.paper import paper_learner  # noqa: E402
+from training.learning.paper.networks import (  # noqa: E402
     PaperConfig,
     PaperDiscriminator,
     PaperGenerator,
     answer,
     load_paper,
 )
-from training.paper_learner import PaperLearner, target  # noqa: E402
+from training.learning.paper.paper_learner import PaperLearner, target  # noqa: E402
+from training.measures.metrics import iou  # noqa: E402
 
 CELLS = 16
 GAN = PaperConfig(CELLS, width=4, learning_rate=2e-3)

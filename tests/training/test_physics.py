@@ -13,11 +13,11 @@ from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence
 from liquid_splash_addon.core.fluid.surface_tension import WATER
 from tests.training.liquids import SPACING, at_rest, block, momentum, tank
-from training.families import random_scene
-from training.obstacles import NOTHING, Obstacle, open_share
-from training.scenes import Streamlet
-from training.simulate import overlap
-from training.stepping import (
+from training.scenes.families import random_scene
+from training.scenes.obstacles import NOTHING, Obstacle, open_share
+from training.scenes.scene import Streamlet
+from training.simulation.simulate import overlap
+from training.simulation.stepping import (
     GRAVITY,
     Physics,
     World,

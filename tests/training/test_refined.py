@@ -9,9 +9,10 @@ import pytest
 pytest.importorskip("torch")
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.meshing import level_surface
-from training import refined, simulate, surfaces
-from training.dataset import split_of
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from training.data.dataset import split_of
+from training.research import refined, surfaces
+from training.simulation import simulate
 
 GRID = Grid((32, 32, 32), 0.01, (-0.16, -0.16, -0.16))
 

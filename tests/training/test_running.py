@@ -13,8 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from training.frames import load_parameters, scene_path
-from training.simulate import main as simulate_main
+from training.data.frames import load_parameters, scene_path
+from training.simulation.simulate import main as simulate_main
 
 ROOT = Path(__file__).parents[2]
 COARSE = ("--resolution", 16)

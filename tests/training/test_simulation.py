@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from training.families import FAMILIES, GAP, random_scene
-from training.obstacles import SHAPES, Obstacle, collide, open_share
-from training.scenes import Streamlet
-from training.simulate import simulate
-from training.snapshot import take_frame
-from training.stepping import WALL, World, advance, initial_liquid, step
+from training.scenes.families import FAMILIES, GAP, random_scene
+from training.scenes.obstacles import SHAPES, Obstacle, collide, open_share
+from training.scenes.scene import Streamlet
+from training.simulation.simulate import simulate
+from training.simulation.snapshot import take_frame
+from training.simulation.stepping import WALL, World, advance, initial_liquid, step
 
 COARSE = 32
 

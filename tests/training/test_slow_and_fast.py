@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from liquid_splash_addon.core.fields import Fields
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.strokes import Stroke
-from training import slow_and_fast
-from training.dataset import load_items, split_of
-from training.frames import scene_path
+from liquid_splash_addon.core.liquid.fields import Fields
+from liquid_splash_addon.core.sketch.strokes import Stroke
+from training.data.dataset import load_items, split_of
+from training.data.frames import scene_path
+from training.research import slow_and_fast
 
 
 def test_strokes_drawn_at_a_speed_keep_how_their_speeds_compare():

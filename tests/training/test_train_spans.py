@@ -9,12 +9,12 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("tqdm")
 
-from liquid_splash_addon.core.span_graph import SpanGraph  # noqa: E402
-from liquid_splash_addon.core.span_judge import load_judge  # noqa: E402
-from training import train_spans  # noqa: E402
-from training.dataset import load_items  # noqa: E402
-from training.span_lessons import SpanLesson, span_lesson, span_lessons  # noqa: E402
-from training.train_spans import figures_of, report, tell_apart, train  # noqa: E402
+from liquid_splash_addon.core.condition.patches.features import SpanGraph  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import load_judge  # noqa: E402
+from training.data.dataset import load_items  # noqa: E402
+from training.learning import train_patches  # noqa: E402
+from training.learning.patch_samples import SpanLesson, span_lesson, span_lessons  # noqa: E402
+from training.learning.train_patches import figures_of, report, tell_apart, train  # noqa: E402
 
 
 def chain(count: int, rng: np.random.Generator) -> SpanLesson:
@@ -84,9 +84,9 @@ def test_a_lesson_says_which_spans_lie_in_liquid(toy_data: Path, sketch):
 def test_the_command_trains_and_writes_a_judge(toy_data: Path, run_command, tmp_path, capsys):
     out = tmp_path / "spans.safetensors"
     arguments = (toy_data, "--out", out, "--minutes", 0.05, "--sketches", 1, "--workers", 1)
-    assert run_command(train_spans.main, *arguments) == 0
+    assert run_command(train_patches.main, *arguments) == 0
     assert '"auc"' in capsys.readouterr().out
     lessons = span_lessons(load_items(toy_data, "validation"), [None], 1)
     assert 0 < figures_of(lessons, lambda x: load_judge(out).judge(x.graph)[:, 0])["auc"] <= 1
-    assert run_command(train_spans.main, tmp_path / "nothing", "--out", out) == 1
+    assert run_command(train_patches.main, tmp_path / "nothing", "--out", out) == 1
     assert "training.simulate" in capsys.readouterr().err

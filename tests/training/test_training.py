@@ -11,23 +11,24 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition import crossed_cells  # noqa: E402
-from liquid_splash_addon.core.latent import candidates, latent_shape  # noqa: E402
-from liquid_splash_addon.core.network import NetworkConfig, SplashNetwork  # noqa: E402
+from liquid_splash_addon.core.condition.voxelize import CHANNELS  # noqa: E402
+from liquid_splash_addon.core.generator.latent import candidates, latent_shape  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import judge_path  # noqa: E402
+from liquid_splash_addon.core.generator.sparse import crossed_cells  # noqa: E402
+from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork  # noqa: E402
+from liquid_splash_addon.core.generator.weights_file import load_generator  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
-from liquid_splash_addon.core.span_judge import judge_path  # noqa: E402
-from liquid_splash_addon.core.voxels import CHANNELS  # noqa: E402
-from liquid_splash_addon.core.weights import load_generator  # noqa: E402
-from training import evaluate, export  # noqa: E402
-from training import train as train_module  # noqa: E402
-from training.answers import BASELINES  # noqa: E402
-from training.baselines import best_radius, distance_to  # noqa: E402
-from training.dataset import load_items  # noqa: E402
-from training.losses import Cells, sample_losses  # noqa: E402
-from training.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
-from training.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
-from training.stream import Lessons, Wish, stream  # noqa: E402
-from training.train import Run, TrainConfig, train  # noqa: E402
+from training.data.dataset import load_items  # noqa: E402
+from training.data.stream import Lessons, Wish, stream  # noqa: E402
+from training.evaluation import evaluate  # noqa: E402
+from training.evaluation.answers import BASELINES  # noqa: E402
+from training.evaluation.baselines import best_radius, distance_to  # noqa: E402
+from training.learning import export  # noqa: E402
+from training.learning import train as train_module  # noqa: E402
+from training.learning.losses import Cells, sample_losses  # noqa: E402
+from training.learning.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
+from training.learning.train import Run, TrainConfig, train  # noqa: E402
+from training.measures.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
 
 SHAPE = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 CONFIG = TrainConfig(minutes=10, batch=2, cells=32, crop=32, warmup=1)

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..liquid.level_set import Liquid
 from .detail import Detail
-from .level import Liquid
 from .settings import CleanupSettings
 
 AWAY = 1.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from ..liquid.level_set import Liquid
 from .drop_meshes import DropCloud
-from .level import Liquid
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fields import AIR
 from ..grid import Grid
-from ..meshing import Mesh, neighbour_mean
+from ..liquid.fields import AIR
+from ..mesh.marching_cubes import Mesh, neighbour_mean
 from .particle_level import FINER, FineLevel, fill_atlas
 from .settings import SMALLEST
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fields import AIR
+from ..liquid.fields import AIR
+from ..liquid.level_set import Liquid
 from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
 from .drop_meshes import drop_cloud, drop_radii
 from .front import band_cells, break_measure, choose
-from .level import Liquid
 from .particle_level import FineLevel
 from .pbf import Drops, simulate
 from .settings import FEWEST, LARGEST, MOST, SMALLEST, STEP, DropletSettings

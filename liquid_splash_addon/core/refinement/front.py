@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..fields import PHI_CELLS
-from .level import Liquid
+from ..liquid.fields import PHI_CELLS
+from ..liquid.level_set import Liquid
 
 BAND = 0.4
 """phi_band, Table 2: 1.6 cells."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..threads import in_parts
+from ..numeric.threads import in_parts
 
 SUPPORT = 2.0
 """Reach of the kernels over the particles' spacing: about 33 neighbours."""

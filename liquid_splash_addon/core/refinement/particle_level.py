@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..fields import AIR
 from ..fluid.cells import Cells, activate, find
+from ..liquid.fields import AIR
 from .pbf import Drops
 
 FINER = 2

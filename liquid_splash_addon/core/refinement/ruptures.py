@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fields import AIR
+from ..liquid.fields import AIR
+from ..liquid.level_set import Liquid, slope
 from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
 from .droplets import ROOM
 from .front import band_cells, choose
-from .level import Liquid, slope
 from .particle_level import FineLevel
 from .pbf import Drops
 from .settings import FEWEST, LARGEST, RuptureSettings

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..contact import push_out
-from ..fields import Fields
-from ..meshing import Mesh, level_surface
-from ..obstacles import Obstacle, carve, depth_of_points
+from ..liquid.fields import Fields
+from ..liquid.level_set import Liquid
+from ..mesh.marching_cubes import Mesh, level_surface
+from ..obstacles.contact import push_out
+from ..obstacles.obstacles import Obstacle, carve, depth_of_points
 from .cleanup import remove_specks
 from .detail import Detail
 from .drop_meshes import DropCloud
 from .droplets import add_droplets
-from .level import Liquid
 from .ruptures import add_ruptures
 from .settings import (
     CleanupSettings,

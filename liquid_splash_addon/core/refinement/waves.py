@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from ..meshing import Mesh
-from .geometry import enclosed, face_areas, vertex_normals
-from .laplacian import Laplacian, laplacian, mean_curvature, pieces
-from .remeshing import isotropic
-from .room import room
+from ..mesh.geometry import enclosed, face_areas, vertex_normals
+from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
+from ..mesh.local_thickness import room
+from ..mesh.marching_cubes import Mesh
+from ..mesh.remeshing import isotropic
 from .settings import WaveSettings
 
 FRAME = 1 / 60

@@ -9,11 +9,7 @@ from liquid_splash_addon.core.fluid.cells import activate, sort_by_cell
 from liquid_splash_addon.core.fluid.extrapolation import extrapolate, valid_faces
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence, project
-from liquid_splash_addon.core.fluid.transfer import (
-    faces_to_particles,
-    particles_to_faces,
-    sample,
-)
+from liquid_splash_addon.core.fluid.transfer import faces_to_particles, particles_to_faces, sample
 
 BOX = (64, 64, 64)
 GRADIENT = np.array([[0.5, 0.2, -0.1], [0.3, -0.4, 0.2], [0.1, 0.6, -0.1]], np.float32)

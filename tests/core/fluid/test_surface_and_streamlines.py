@@ -10,12 +10,7 @@ from liquid_splash_addon.core.fluid.streamlines import (
     seed_points,
     trace,
 )
-from liquid_splash_addon.core.fluid.surface import (
-    BAND,
-    RADIUS,
-    particle_distance,
-    redistance,
-)
+from liquid_splash_addon.core.fluid.surface import BAND, RADIUS, particle_distance, redistance
 
 
 def centres(shape):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.meshing import Mesh, smooth
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh, smooth
 
 CELL = 0.004
 """Edge of a grid cell, metres."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.refinement.level import Liquid
+from liquid_splash_addon.core.liquid.level_set import Liquid
 
 CELLS = 48
 GRID = Grid((CELLS,) * 3, 0.003125, (-0.075, -0.075, -0.075))

@@ -12,11 +12,7 @@ import pytest
 
 from liquid_splash_addon.core.refinement import ruptures
 from liquid_splash_addon.core.refinement.cleanup import remove_specks
-from liquid_splash_addon.core.refinement.droplets import (
-    add_droplets,
-    make_particles,
-    sample_points,
-)
+from liquid_splash_addon.core.refinement.droplets import add_droplets, make_particles, sample_points
 from liquid_splash_addon.core.refinement.particle_level import FineLevel
 from liquid_splash_addon.core.refinement.ruptures import add_ruptures
 from liquid_splash_addon.core.refinement.settings import (

@@ -6,9 +6,9 @@ import pytest
 from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.refinement.geometry import enclosed
-from liquid_splash_addon.core.refinement.halfedges import NotClosedError
-from liquid_splash_addon.core.refinement.remeshing import isotropic
+from liquid_splash_addon.core.mesh.geometry import enclosed
+from liquid_splash_addon.core.mesh.halfedge import NotClosedError
+from liquid_splash_addon.core.mesh.remeshing import isotropic
 from tests.core.refinement.level_meshes import CELL, bowl, mesh_of, planet
 
 OCTAHEDRON = (

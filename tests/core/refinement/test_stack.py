@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from liquid_splash_addon.core.meshing import Mesh, level_surface
-from liquid_splash_addon.core.obstacles import Obstacle, ObstacleError, obstacle_from_mesh
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh, level_surface
+from liquid_splash_addon.core.obstacles.obstacles import Obstacle, ObstacleError, obstacle_from_mesh
 from liquid_splash_addon.core.refinement.cleanup import remove_specks
 from liquid_splash_addon.core.refinement.droplets import add_droplets
 from liquid_splash_addon.core.refinement.front import band_cells, break_measure, choose

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.core.meshing import Mesh
+from liquid_splash_addon.core.mesh.geometry import enclosed
+from liquid_splash_addon.core.mesh.local_thickness import room
+from liquid_splash_addon.core.mesh.marching_cubes import Mesh
 from liquid_splash_addon.core.refinement import waves
-from liquid_splash_addon.core.refinement.geometry import enclosed
-from liquid_splash_addon.core.refinement.room import room
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.refinement.waves import (
     FRAME,

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a model remembers: the splashes it is made of, and how they are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ...core.refinement.settings import WaveSettings
+from ...core.settings import ModelSettings
+from .properties import settings_properties
+
+
+def changed(group: Any, _context: bpy.types.Context) -> None:
+    """Evaluate the model anew after a change by hand or by script."""
+    from ..jobs import live
+
+    live.request(group.id_data)
+
+
+class SplashModelSettingsGroup(bpy.types.PropertyGroup):
+    """How the splashes of a model are joined."""
+
+    __annotations__ = settings_properties(ModelSettings, update=changed)
+
+
+class SplashModelWavesGroup(bpy.types.PropertyGroup):
+    """Settings of the waves on the joint surface."""
+
+    __annotations__ = settings_properties(WaveSettings, update=changed)
+
+
+class SplashPartGroup(bpy.types.PropertyGroup):
+    """A splash of a model; its name is the splash's, kept for when that is deleted."""
+
+    splash: PointerProperty(type=bpy.types.Object, name="Splash", update=changed)
+    show: BoolProperty(
+        default=True, name="Show", description="Whether the splash is in the model", update=changed
+    )
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the splash still exists: one that was deleted is in no scene any more."""
+        splash = self.splash
+        return splash is not None and splash.splash.is_splash and bool(splash.users_scene)
+
+
+class SplashModelGroup(bpy.types.PropertyGroup):
+    """What a model object is made of."""
+
+    is_model: BoolProperty(description="Whether the object is a model of several splashes")
+    parts: CollectionProperty(type=SplashPartGroup)
+    active: IntProperty(name="Active", description="The splash whose settings are shown")
+    settings: PointerProperty(type=SplashModelSettingsGroup)
+    use_waves: BoolProperty(
+        name="Waves",
+        description="Capillary waves on the joint surface. Those of the splashes do not count",
+        update=changed,
+    )
+    waves: PointerProperty(type=SplashModelWavesGroup)
+    evaluated: StringProperty(description="What the mesh was last made with")
+    summary: StringProperty(description="What the last evaluation made")
+    warnings: StringProperty(description="What it had to say, one line each")
+
+
+def active_part(item: bpy.types.Object | None) -> bpy.types.Object | None:
+    """Return the splash that is chosen in a model's list; None if ``item`` is no model."""
+    if item is None or not item.splash_model.is_model:
+        return None
+    group = item.splash_model
+    if not 0 <= group.active < len(group.parts):
+        return None
+    part = group.parts[group.active]
+    return part.splash if part.is_there else None
+
+
+def splashes_in(model: bpy.types.Object) -> list[bpy.types.Object]:
+    """Return the splashes of ``model`` that still exist."""
+    return [part.splash for part in model.splash_model.parts if part.is_there]
+
+
+def models() -> Iterator[bpy.types.Object]:
+    """Yield the models of this file."""
+    for item in bpy.data.objects:
+        if item.splash_model.is_model and item.users_scene:
+            yield item
+
+
+def models_of(splash: bpy.types.Object) -> list[bpy.types.Object]:
+    """Return the models that hold ``splash``."""
+    return [model for model in models() if splash in splashes_in(model)]
+
+
+CLASSES = (
+    SplashModelSettingsGroup,
+    SplashModelWavesGroup,
+    SplashPartGroup,
+    SplashModelGroup,
+)
+register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
+def register() -> None:
+    """Add ``Object.splash_model``."""
+    register_classes()
+    bpy.types.Object.splash_model = PointerProperty(type=SplashModelGroup)
+
+
+def unregister() -> None:
+    """Remove ``Object.splash_model``."""
+    del bpy.types.Object.splash_model
+    unregister_classes()

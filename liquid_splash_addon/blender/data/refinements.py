@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of refinements that each splash keeps, made from core's kinds and their settings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ...core.refinement.settings import KINDS, RefinementSettings
+from .model import changed
+from .properties import assign_settings, settings_properties, to_settings
+
+ITEMS = [(kind, settings.label, settings.about) for kind, settings in KINDS.items()]
+
+
+def make_group(kind: str, settings: type[RefinementSettings]) -> type[bpy.types.PropertyGroup]:
+    """Return the property group of one kind's settings."""
+    return type(
+        f"Splash{kind.title()}Group",
+        (bpy.types.PropertyGroup,),
+        {
+            "__doc__": f"Settings of {settings.label}.",
+            "__annotations__": settings_properties(settings, update=changed),
+        },
+    )
+
+
+GROUPS = {kind: make_group(kind, settings) for kind, settings in KINDS.items()}
+
+
+class SplashRefinementGroup(bpy.types.PropertyGroup):
+    """One refinement of a splash: its kind, and the settings of every kind."""
+
+    __annotations__ = {
+        "kind": EnumProperty(items=ITEMS, name="Kind", description="What the refinement does"),
+        "show": BoolProperty(
+            default=True, name="Show", description="Whether the refinement acts", update=changed
+        ),
+        **{kind.lower(): PointerProperty(type=group) for kind, group in GROUPS.items()},
+    }
+
+    @property
+    def group(self) -> Any:
+        """The property group of its own kind."""
+        return getattr(self, self.kind.lower())
+
+    @property
+    def settings(self) -> RefinementSettings:
+        """Its settings as core's."""
+        settings: RefinementSettings = to_settings(self.group, KINDS[self.kind])
+        return settings
+
+
+class SplashStackGroup(bpy.types.PropertyGroup):
+    """The refinements of a splash, first to last."""
+
+    items: CollectionProperty(type=SplashRefinementGroup)
+    active: IntProperty(name="Active", description="The refinement whose settings are shown")
+    evaluated: StringProperty(description="What the mesh was last refined with")
+    points: PointerProperty(
+        type=bpy.types.Object, name="Drops", description="The free drops as points"
+    )
+    summary: StringProperty(description="What the refinements did to the volume")
+    warnings: StringProperty(description="What the refinements had to say, one line each")
+
+
+def steps_of(splash: bpy.types.Object) -> list[RefinementSettings]:
+    """Return the refinements of ``splash`` that act, for core."""
+    return [item.settings for item in splash.splash_stack.items if item.show]
+
+
+def add_step(splash: bpy.types.Object, settings: RefinementSettings) -> Any:
+    """Append a refinement with ``settings`` to the list of ``splash`` and return it."""
+    stack = splash.splash_stack
+    item = stack.items.add()
+    item.kind = next(kind for kind, known in KINDS.items() if type(settings) is known)
+    item.name = unused_name(splash, settings.label)
+    assign_settings(item.group, settings)
+    stack.active = len(stack.items) - 1
+    return item
+
+
+def unused_name(splash: bpy.types.Object, name: str) -> str:
+    """Return ``name``, with a number if another refinement of the splash has it."""
+    used = {item.name for item in splash.splash_stack.items}
+    number, found = 1, name
+    while found in used:
+        found, number = f"{name}.{number:03d}", number + 1
+    return found
+
+
+CLASSES = (*GROUPS.values(), SplashRefinementGroup, SplashStackGroup)
+register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
+def register() -> None:
+    """Add ``Object.splash_stack``."""
+    register_classes()
+    bpy.types.Object.splash_stack = PointerProperty(type=SplashStackGroup)
+
+
+def unregister() -> None:
+    """Remove ``Object.splash_stack``."""
+    del bpy.types.Object.splash_stack
+    unregister_classes()

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work in another thread, watched from Blender's own. The work must not touch bpy."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+if TYPE_CHECKING:
+    from ...core.pipeline import Report
+
+STOP_SECONDS = 30.0
+"""How long quitting or unregistering waits for the thread: the generator cannot be interrupted."""
+
+
+class Job:
+    """One piece of work in a thread.
+
+    Attributes
+    ----------
+    stage, fraction : what the work last reported
+    """
+
+    def __init__(self, work: Callable[[Report], Any]) -> None:
+        """Start ``work(report)``; a call of ``report`` ends it once :meth:`cancel` was called."""
+        self.stage, self.fraction = "Starting", 0.0
+        self._work = work
+        self._result: Any = None
+        self._error: BaseException | None = None
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="Liquid Splash", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the thread has ended."""
+        return not self._thread.is_alive()
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether :meth:`cancel` was called."""
+        return self._stopping.is_set()
+
+    def cancel(self) -> None:
+        """Ask the work to end at its next report."""
+        self._stopping.set()
+
+    def wait(self, seconds: float | None = None) -> None:
+        """Wait for the thread to end."""
+        self._thread.join(seconds)
+
+    def result(self) -> Any:
+        """Return what the work returned, or raise what it raised; Cancelled after a cancel."""
+        from ...core.pipeline import Cancelled
+
+        self.wait()
+        if self._error is not None:
+            raise self._error
+        if self.is_stopping:  # too late for the work to notice, not for the user
+            raise Cancelled
+        return self._result
+
+    def _report(self, stage: str, fraction: float) -> None:
+        from ...core.pipeline import Cancelled
+
+        if self.is_stopping:
+            raise Cancelled
+        self.stage, self.fraction = stage, fraction
+
+    def _run(self) -> None:
+        try:
+            self._result = self._work(self._report)
+        except BaseException as error:  # handed to the thread that asked for it
+            self._error = error
+
+
+running: Job | None = None
+"""The one job at a time, for the panel and for the operators' poll."""
+
+
+def start(work: Callable[[Report], Any]) -> Job:
+    """Start ``work`` as the running job."""
+    global running
+    running = Job(work)
+    return running
+
+
+def redraw_sidebars() -> None:
+    """Have the panels of all windows drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def finish() -> None:
+    """Forget the running job."""
+    global running
+    running = None
+
+
+def stop() -> None:
+    """End the running job, if there is one, and wait for it."""
+    if running is not None:
+        running.cancel()
+        running.wait(STOP_SECONDS)
+        finish()

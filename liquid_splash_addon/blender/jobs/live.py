@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keep splashes and models as their settings say: what was changed is evaluated anew, soon.
+
+In a window the work is done in a thread, one piece at a time, and a timer writes what it made;
+in the background it is done at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import bpy
+
+from .generate import by_uid
+from .job import STOP_SECONDS, Job, redraw_sidebars
+
+if TYPE_CHECKING:
+    from ...core.pipeline import Report
+
+TICK = 0.03
+"""Seconds between two looks at the thread."""
+
+FAILED = "failed"
+"""Stands for the settings of a mesh that could not follow them: the next change is one, even back
+to what the mesh was made with, and takes the message away."""
+
+
+class Kind(NamedTuple):
+    """What is evaluated, and how.
+
+    Attributes
+    ----------
+    owns : whether an object is of this kind
+    memory : its property group with ``evaluated`` and ``warnings``
+    task_of : reads all that is needed; its ``name`` tells it from any other; raises ValueError
+    compute : does the work, without bpy; raises ValueError
+    write : writes what that made
+    """
+
+    owns: Callable[[bpy.types.Object], bool]
+    memory: Callable[[bpy.types.Object], Any]
+    task_of: Callable[[bpy.types.Object], Any]
+    compute: Callable[[Any, Report], Any]
+    write: Callable[[bpy.types.Object, Any, Any], None]
+
+
+class Run(NamedTuple):
+    """What the thread does: the object's session_uid, its kind, its task and the job."""
+
+    uid: int
+    kind: Kind
+    task: Any
+    job: Job
+
+
+_kinds: list[Kind] = []
+_waiting: dict[int, Kind] = {}
+_running: Run | None = None
+_holding = False
+
+
+def kind_of(item: bpy.types.Object) -> Kind | None:
+    """Return what kind of thing ``item`` is, if it is one that is evaluated."""
+    return next((kind for kind in _kinds if kind.owns(item)), None)
+
+
+def evaluate(item: bpy.types.Object, kind: Kind | None = None) -> None:
+    """Evaluate ``item`` now, whatever it was made with. Raises ValueError: it stays as it is."""
+    kind = kind or kind_of(item)
+    if kind is not None:
+        task = kind.task_of(item)
+        kind.write(item, task, kind.compute(task, lambda stage, share: None))
+
+
+def request(item: bpy.types.Object) -> None:
+    """See to it that ``item`` is evaluated anew, soon; at once where there is no window.
+
+    What stands in the way becomes its warning, and the mesh stays as it is.
+    """
+    kind = kind_of(item)
+    if kind is None:
+        return
+    _waiting[item.session_uid] = kind
+    if bpy.app.background:
+        if not _holding:
+            _evaluate_waiting()
+        return
+    if _running is not None and _running.uid == item.session_uid:
+        _running.job.cancel()
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=TICK)
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Evaluate what is requested in the block after it: many changes are then one."""
+    global _holding
+    before, _holding = _holding, True
+    try:
+        yield
+    finally:
+        _holding = before
+        if bpy.app.background and not _holding:
+            _evaluate_waiting()
+
+
+def stage_of(item: bpy.types.Object) -> str:
+    """Return what is being done to ``item`` now; nothing if it is as its settings say."""
+    if _running is not None and _running.uid == item.session_uid:
+        return f"{_running.job.stage} ..."
+    return "Waiting ..." if item.session_uid in _waiting else ""
+
+
+def _next() -> tuple[bpy.types.Object, Kind] | None:
+    """Return what has waited longest and still exists."""
+    while _waiting:
+        uid = next(iter(_waiting))
+        kind, item = _waiting.pop(uid), by_uid(uid)
+        if item is not None:
+            return item, kind
+    return None
+
+
+def _evaluate_waiting() -> None:
+    while found := _next():
+        item, kind = found
+        _tell(item.session_uid, kind, partial(_follow, item, kind))
+
+
+def _follow(item: bpy.types.Object, kind: Kind) -> None:
+    if kind.task_of(item).name != kind.memory(item).evaluated:
+        evaluate(item, kind)
+
+
+def _tick() -> float | None:
+    """Write what is done, begin what waits; None ends the timer."""
+    global _running
+    redraw_sidebars()
+    if _running is not None:
+        if not _running.job.is_done:
+            return TICK
+        run, _running = _running, None
+        _tell(run.uid, run.kind, partial(_collect, run))
+    while _running is None and (found := _next()):
+        item, kind = found
+        _tell(item.session_uid, kind, partial(_begin, item, kind))
+    return TICK if _running is not None else None
+
+
+def _begin(item: bpy.types.Object, kind: Kind) -> None:
+    global _running
+    task = kind.task_of(item)
+    if task.name != kind.memory(item).evaluated:
+        _running = Run(item.session_uid, kind, task, Job(partial(kind.compute, task)))
+
+
+def _collect(run: Run) -> None:
+    from ...core.pipeline import Cancelled
+
+    try:
+        outcome = run.job.result()
+    except Cancelled:
+        return
+    item = by_uid(run.uid)
+    if item is not None:
+        run.kind.write(item, run.task, outcome)
+
+
+def _tell(uid: int, kind: Kind, action: Callable[[], None]) -> None:
+    """Run ``action``; what stands in its way becomes the warning of the object ``uid``."""
+    try:
+        action()
+    except ValueError as error:
+        item = by_uid(uid)
+        if item is not None:
+            memory = kind.memory(item)
+            memory.warnings = str(error)
+            memory.evaluated = memory.evaluated and FAILED
+
+
+@bpy.app.handlers.persistent
+def refresh(_scene: Any, _graph: Any = None) -> None:
+    """After undo and redo: evaluate what is not as its settings say."""
+    with held():
+        for item in bpy.data.objects:
+            kind = kind_of(item)
+            if kind is not None and kind.memory(item).evaluated:
+                request(item)
+
+
+HANDLERS = (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post)
+
+
+def add(kind: Kind) -> None:
+    """Have objects of this kind evaluated."""
+    _kinds.append(kind)
+
+
+def register() -> None:
+    """Follow undo and redo."""
+    for handlers in HANDLERS:
+        handlers.append(refresh)
+
+
+def unregister() -> None:
+    """Stop what is running."""
+    global _running
+    for handlers in HANDLERS:
+        handlers.remove(refresh)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    if _running is not None:
+        _running.job.cancel()
+        _running.job.wait(STOP_SECONDS)
+    _waiting.clear()
+    _kinds.clear()
+    _running = None

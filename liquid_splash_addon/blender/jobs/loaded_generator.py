@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loaded generators, kept until the add-on goes: loading takes longer than a draft."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ...core.generator.weights_file import Generator
+
+_loaded: dict[tuple[Path, int, str, str], Generator] = {}
+
+
+def get(path: Path | None, device: str, precision: str = "") -> Generator:
+    """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
+
+    precision : a key of ``core.precision.PRECISIONS``. If it is empty, or one that this device
+    does not have (a file from another machine), the fastest is measured and taken.
+    Only the last one used is kept: two would share a small GPU badly. Not for two threads at
+    once. Raises WeightsError, TorchMissingError.
+    """
+    from ...core.generator.precision import fastest_in_use, is_usable
+    from ...core.generator.weights_file import default_weights_path, load_generator, pick_device
+
+    path = path or default_weights_path()
+    # A file that was replaced since is a new one.
+    changed = path.stat().st_mtime_ns if path.is_file() else 0
+    key = (path, changed, device, precision)
+    if key not in _loaded:
+        free()
+        picked = pick_device(device)
+        if not precision or not is_usable(picked, precision):
+            precision = fastest_in_use(picked)
+        loaded = load_generator(path, device, precision)
+        _loaded[key] = _loaded[(path, changed, device, precision)] = loaded
+    return _loaded[key]
+
+
+def free() -> None:
+    """Drop the loaded generator and give its GPU memory back."""
+    _loaded.clear()
+    torch = sys.modules.get("torch")
+    if torch is not None and torch.cuda.is_available():
+        torch.cuda.empty_cache()

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Refine a splash anew whenever its list of refinements changes, like a stack of modifiers.
+
+Always from the generator's output, which is stored with the mesh, never from the refined mesh.
+When and in which thread: see live.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..data.model import models_of
+from ..data.properties import plain
+from ..data.refinements import steps_of
+from ..scene import drop_points, mesh_object
+from ..scene.obstacles import obstacles_of
+from . import live
+from .generate import SceneError, check_writable, frame_from_text
+
+if TYPE_CHECKING:
+    from ...core.mesh.marching_cubes import Mesh
+    from ...core.obstacles.obstacles import Obstacle
+    from ...core.pipeline import Drops, Report
+    from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.stack import Refiner
+    from ...core.sketch.local_frame import Frame
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that refining a splash needs, read from the scene."""
+
+    fields: bytes
+    threshold: float
+    frame: Frame
+    steps: list[RefinementSettings]
+    obstacles: list[Obstacle]
+    clearance: float
+
+    @property
+    def name(self) -> str:
+        """What tells it from any other task: the splash's fields and its settings."""
+        return self.name_with(self.steps)
+
+    def name_with(self, steps: object) -> str:
+        """Return the name that the task would have with other steps."""
+        source = hashlib.sha256(self.fields).hexdigest()[:16]
+        return f"{source} {self.threshold} {steps!r} {self.around!r}"
+
+    @property
+    def around(self) -> tuple[str, float]:
+        """What tells its obstacles from any others."""
+        from ...core.obstacles.obstacles import digest
+
+        return digest(self.obstacles), self.clearance
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What refining a splash made, in its own units."""
+
+    mesh: Mesh
+    drops: Drops
+    gained: list[float]
+    warnings: list[str]
+
+
+def task_of(splash: bpy.types.Object) -> Task:
+    """Read what is needed; SceneError if the splash cannot be refined."""
+    check_writable(splash)
+    return read_task(splash)
+
+
+def read_task(splash: bpy.types.Object) -> Task:
+    """Read what is needed, also where the mesh cannot be replaced now."""
+    fields = splash.data.get(mesh_object.FIELDS)
+    if not fields or not splash.splash.frame:
+        raise SceneError(f"'{splash.name}' has no stored liquid: generate it again")
+    return Task(
+        bytes(fields),
+        plain(splash.splash.settings.surface_threshold),
+        frame_from_text(splash.splash.frame),
+        steps_of(splash),
+        *obstacles_of(splash),
+    )
+
+
+refiner: tuple[tuple[bytes, float, str, float], Refiner] | None = None
+"""The last splash's, with what it kept of its steps."""
+
+
+def refiner_of(task: Task) -> Refiner:
+    """Return the refiner of a task's splash; no bpy here. ValueError for damaged fields."""
+    global refiner
+    from ...core.liquid.fields import Fields
+    from ...core.refinement.stack import Refiner
+
+    key = (task.fields, task.threshold, *task.around)
+    if refiner is None or refiner[0] != key:
+        obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
+        fields = Fields.from_bytes(task.fields)
+        refiner = key, Refiner(fields, task.threshold, obstacles, task.clearance)
+    return refiner[1]
+
+
+def compute(task: Task, report: Report) -> Outcome:
+    """Refine; no bpy here. ValueError if the stored liquid is damaged."""
+    from ...core.pipeline import drops_to_drawing, to_drawing
+
+    refined = refiner_of(task).refine(task.steps, report)
+    return Outcome(
+        to_drawing(refined.mesh, task.frame),
+        drops_to_drawing(refined.cloud, task.frame),
+        refined.gained,
+        refined.warnings,
+    )
+
+
+def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
+    """Write the refined mesh."""
+    check_writable(splash)
+    mesh_object.write_mesh(splash.data, outcome.mesh)
+    drop_points.write(splash, outcome.drops)
+    remember(splash, task.name, outcome.gained, outcome.warnings)
+
+
+def remember(splash: bpy.types.Object, name: str, gained: list[float], said: list[str]) -> None:
+    """Note with what the mesh was made, and what the refinements had to say.
+
+    The models that hold the splash follow.
+    """
+    stack = splash.splash_stack
+    stack.evaluated = name
+    stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
+    stack.warnings = "\n".join(dict.fromkeys(said))
+    for model in models_of(splash):
+        live.request(model)
+
+
+def evaluate(splash: bpy.types.Object) -> None:
+    """Refine ``splash`` now. Raises SceneError, and ValueError for damaged fields."""
+    live.evaluate(splash, KIND)
+
+
+KIND = live.Kind(
+    owns=lambda item: item.splash.is_splash,
+    memory=lambda item: item.splash_stack,
+    task_of=task_of,
+    compute=compute,
+    write=write,
+)
+
+
+def register() -> None:
+    """Have splashes evaluated."""
+    live.add(KIND)
+
+
+def unregister() -> None:
+    """Forget what was kept."""
+    global refiner
+    refiner = None

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The free drops of a splash as a point cloud: for instances, motion blur, and the smallest ones.
+
+The object is a mesh of single vertices, which a modifier makes a point cloud: until Blender 5 a
+script cannot size a point cloud of its own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from .material import water_material
+from .mesh_object import flat
+
+if TYPE_CHECKING:
+    from ...core.pipeline import Drops
+
+NAME = "Splash Drops"
+
+MARK = "splash_drops"
+"""Custom property that tells the node group of this file, whatever it is called."""
+
+ALL = "All Drops"
+"""The modifier's input: show those that the splash's mesh holds, too."""
+
+
+def points_of(splash: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the drops' object of ``splash``, if there is one that can be written to."""
+    item = splash.splash_stack.points
+    if item is None or not item.users_scene or item.type != "MESH":
+        return None
+    return item if item.mode == "OBJECT" and item.is_editable and item.data.is_editable else None
+
+
+def ensure(splash: bpy.types.Object) -> None:
+    """Give ``splash`` an object for its drops, as a child; still empty."""
+    item = splash.splash_stack.points
+    if item is not None and item.users_scene:
+        return
+    item = bpy.data.objects.new(NAME, bpy.data.meshes.new(NAME))
+    for collection in splash.users_collection:
+        collection.objects.link(item)
+    item.parent = splash
+    item.data.materials.append(water_material())
+    item.modifiers.new(NAME, "NODES").node_group = node_group()
+    splash.splash_stack.points = item
+
+
+def write(splash: bpy.types.Object, drops: Drops | None) -> None:
+    """Replace the drops of ``splash`` where it has an object for them."""
+    item = points_of(splash)
+    if item is None:
+        return
+    data = item.data
+    data.clear_geometry()
+    if drops is None:
+        return
+    data.vertices.add(len(drops.positions))
+    data.vertices.foreach_set("co", flat(drops.positions))
+    for name, kind, field, values in (
+        ("velocity", "FLOAT_VECTOR", "vector", flat(drops.velocities)),
+        ("radius", "FLOAT", "value", flat(drops.radii)),
+        ("meshed", "BOOLEAN", "value", np.ascontiguousarray(drops.meshed)),
+    ):
+        data.attributes.new(name, kind, "POINT").data.foreach_set(field, values)
+    data.update()
+
+
+def node_group() -> bpy.types.NodeTree:
+    """Return the node group that makes the vertices points, made at the first call."""
+    for group in bpy.data.node_groups:
+        if MARK in group and group.library is None:
+            return group
+    group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
+    group[MARK] = True
+    group.is_modifier = True
+    for name, direction, kind in (
+        ("Geometry", "INPUT", "NodeSocketGeometry"),
+        (ALL, "INPUT", "NodeSocketBool"),
+        ("Geometry", "OUTPUT", "NodeSocketGeometry"),
+    ):
+        group.interface.new_socket(name, in_out=direction, socket_type=kind)
+    add_nodes(group)
+    return group
+
+
+def add_nodes(group: bpy.types.NodeTree) -> None:
+    """Fill the group: points of the drops' radii, where All Drops is on or no mesh holds them."""
+    nodes, links = group.nodes, group.links
+    begin, end = nodes.new("NodeGroupInput"), nodes.new("NodeGroupOutput")
+    points = nodes.new("GeometryNodeMeshToPoints")
+    radius, meshed = named(group, "FLOAT", "radius"), named(group, "BOOLEAN", "meshed")
+    wanted = nodes.new("FunctionNodeBooleanMath")
+    wanted.operation = "IMPLY"  # in the mesh -> all are wanted
+    material = nodes.new("GeometryNodeSetMaterial")
+    material.inputs["Material"].default_value = water_material()
+    links.new(meshed.outputs["Attribute"], wanted.inputs[0])
+    links.new(begin.outputs[ALL], wanted.inputs[1])
+    links.new(begin.outputs["Geometry"], points.inputs["Mesh"])
+    links.new(wanted.outputs[0], points.inputs["Selection"])
+    links.new(radius.outputs["Attribute"], points.inputs["Radius"])
+    links.new(points.outputs[0], material.inputs["Geometry"])
+    links.new(material.outputs[0], end.inputs["Geometry"])
+
+
+def named(group: bpy.types.NodeTree, kind: str, name: str) -> bpy.types.Node:
+    """Return a node that reads an attribute."""
+    node = group.nodes.new("GeometryNodeInputNamedAttribute")
+    node.data_type = kind
+    node.inputs["Name"].default_value = name
+    return node

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Splashes as mesh objects: the mesh, its velocity, its fields and its place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from .grease_pencil import rigid_matrix
+from .material import water_material
+
+if TYPE_CHECKING:
+    from ...core.mesh.marching_cubes import Mesh
+
+FIELDS = "splash_fields"
+"""Custom property of the mesh data block that holds the fields, compressed."""
+
+NEAR = 1e-4
+"""Two matrices whose entries differ by less (relative to their largest) count as the same."""
+
+
+def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
+    """Replace the geometry of ``data``; materials and custom properties stay."""
+    data.clear_geometry()
+    faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
+    data.vertices.add(len(mesh.vertices))
+    data.loops.add(faces.size)
+    data.polygons.add(len(faces))
+    data.vertices.foreach_set("co", flat(mesh.vertices))
+    data.loops.foreach_set("vertex_index", faces.ravel())
+    data.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
+    data.polygons.foreach_set("use_smooth", np.ones(len(faces), dtype=bool))
+    velocity = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+    velocity.data.foreach_set("vector", flat(mesh.velocities))
+    data.update(calc_edges=True)
+
+
+def store_fields(data: bpy.types.Mesh, fields: bytes) -> None:
+    """Keep a splash's compressed fields with its mesh."""
+    # Written over other bytes, Blender 4.5 takes new ones for text that ends at the first zero.
+    if FIELDS in data:
+        del data[FIELDS]
+    data[FIELDS] = fields
+
+
+def read_mesh(data: bpy.types.Mesh) -> Mesh:
+    """Return the triangles of ``data``, without velocities."""
+    from ...core.mesh.marching_cubes import Mesh
+
+    data.calc_loop_triangles()
+    vertices = np.empty((len(data.vertices), 3), dtype=np.float32)
+    faces = np.empty((len(data.loop_triangles), 3), dtype=np.int32)
+    data.vertices.foreach_get("co", vertices.ravel())
+    data.loop_triangles.foreach_get("vertices", faces.ravel())
+    return Mesh(vertices, faces, np.zeros_like(vertices))
+
+
+def flat(values: np.ndarray) -> np.ndarray:
+    """Return ``values`` in the one form that ``foreach_set`` copies without converting."""
+    return np.ascontiguousarray(values, dtype=np.float32).ravel()
+
+
+def new_object(
+    context: bpy.types.Context, sketch: bpy.types.Object, layer: str = ""
+) -> bpy.types.Object:
+    """Return a new, empty splash object that stands where ``sketch`` stands.
+
+    layer : of the sketch, of which alone the splash is to be made.
+    """
+    name = f"Splash {layer}" if layer else "Splash"
+    splash = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+    splash.data.materials.append(water_material())
+    home(context, sketch).objects.link(splash)
+    splash.matrix_world = rigid_matrix(sketch)
+    splash.splash.sketch, splash.splash.layer = sketch, layer
+    return splash
+
+
+def home(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Collection:
+    """Return the collection for a splash: the sketch's, where this scene shows it."""
+    shown = {context.scene.collection, *context.scene.collection.children_recursive}
+    for collection in sketch.users_collection:
+        if collection in shown and collection.is_editable:
+            return collection
+    return context.collection
+
+
+def follow_sketch(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
+    """Move the splash as its sketch has moved since the last run, keeping the user's own offset.
+
+    A splash that went along already, as a child or because both were moved together, stays.
+    """
+    then, now = matrix(splash.splash.sketch_matrix), rigid_matrix(sketch)
+    moved = now @ then.inverted()
+    carried = moved @ matrix(splash.splash.splash_matrix)
+    place = world_matrix(splash)
+    if not is_child(splash, sketch) and not is_near(place, carried):
+        splash.matrix_world = moved @ place
+
+
+def remember_place(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
+    """Note where splash and sketch stand, for the next :func:`follow_sketch`."""
+    for name, place in (
+        ("sketch_matrix", rigid_matrix(sketch)),
+        ("splash_matrix", world_matrix(splash)),
+    ):
+        setattr(splash.splash, name, [value for row in place for value in row])
+
+
+def world_matrix(item: bpy.types.Object) -> Matrix:
+    """Return ``matrix_world``, also of hidden objects: Blender does not keep theirs up to date."""
+    if item.constraints or item.parent_type != "OBJECT":
+        return item.matrix_world.copy()
+    if item.parent is None:
+        return item.matrix_basis.copy()
+    return world_matrix(item.parent) @ item.matrix_parent_inverse @ item.matrix_basis
+
+
+def matrix(values: bpy.types.bpy_prop_array) -> Matrix:
+    """Return the matrix whose 16 ``values`` are stored row by row."""
+    return Matrix(np.reshape(values, (4, 4)).tolist())
+
+
+def is_near(first: Matrix, second: Matrix) -> bool:
+    """Whether two matrices are equal but for rounding."""
+    one, other = np.array(first), np.array(second)
+    return bool(np.abs(one - other).max() <= NEAR * np.abs(other).max())
+
+
+def is_child(item: bpy.types.Object, ancestor: bpy.types.Object) -> bool:
+    """Whether ``ancestor`` is among the parents of ``item``."""
+    while item.parent is not None:
+        item = item.parent
+        if item == ancestor:
+            return True
+    return False

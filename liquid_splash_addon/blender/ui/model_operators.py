@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The buttons of models: generate layers, combine, add, remove, update."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+
+from ..data.model import models_of
+from ..jobs import generate_layers, live
+from ..jobs.generate import SceneError, select_only
+from ..scene import model_parts
+from ..scene.targets import find_target, splashes_of
+from .operators import SplashMaker
+
+
+class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
+    """Make a splash of each visible layer of the sketch and join them into one model"""
+
+    bl_description = (
+        "Make a splash of each visible layer of the active sketch, and join them into one model. "
+        "Each has its own settings and refinements; pressed again, only layers that were changed "
+        "are made anew"
+    )
+    bl_idname = "splash.generate_layers"
+    bl_label = "Generate Layers"
+    bl_options = {"UNDO"}  # noqa: RUF012 (no redo panel: each layer has settings of its own)
+    needs_splash = False
+    compute = staticmethod(generate_layers.compute)
+
+    def request(self, context: bpy.types.Context) -> generate_layers.LayersRequest:
+        """Snapshot the scene."""
+        return generate_layers.snapshot(context, find_target(context).sketch, self.chosen_settings)
+
+    def finish(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+        """Write the splashes and say what was made."""
+        warnings = generate_layers.write(context, request, result)
+        made = len(request.runs)
+        self.report({"INFO"}, f"{made} layer(s) made, {request.kept} unchanged")
+        for warning in warnings:
+            self.report({"WARNING"}, warning)
+
+
+def chosen_splashes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """Return the selected splashes; without any, those of the active sketch."""
+    selected = [item for item in context.selected_objects if item.splash.is_splash]
+    active = context.active_object
+    if selected or active is None or active.type != "GREASEPENCIL":
+        return selected
+    return splashes_of(active, context.scene)
+
+
+def chosen_model(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Return the model that splashes are to be added to: a selected one, or the sketch's own."""
+    for item in context.selected_objects:
+        if item.splash_model.is_model:
+            return item
+    found = [model for splash in chosen_splashes(context) for model in models_of(splash)]
+    return found[0] if found else None
+
+
+class SPLASH_OT_combine(bpy.types.Operator):
+    """Join the selected splashes, or those of the active sketch, into one model"""
+
+    bl_description = (
+        "Join the selected splashes, or those of the active sketch, into one model with a smooth "
+        "joint, symmetry and waves of its own. The splashes stay, hidden, and can be changed "
+        "further. With a model selected too they are added to it"
+    )
+    bl_idname = "splash.combine"
+    bl_label = "Combine"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is something to combine."""
+        if context.mode not in ("OBJECT", "PAINT_GREASE_PENCIL", "EDIT_GREASE_PENCIL"):
+            cls.poll_message_set("Switch to Object Mode first")
+        elif not chosen_splashes(context):
+            cls.poll_message_set("Select splashes, or a sketch that has some")
+        else:
+            return True
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Make or extend the model; what cannot be joined leaves everything as it was."""
+        splashes, model = chosen_splashes(context), chosen_model(context)
+        try:
+            if model is not None:
+                model_parts.add_parts(model, splashes)
+            else:
+                model = combined(context, splashes)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if context.mode == "OBJECT":
+            select_only(context, model)
+        if model.splash_model.warnings:
+            self.report({"WARNING"}, model.splash_model.warnings)
+        return {"FINISHED"}
+
+
+def combined(context: bpy.types.Context, splashes: list[bpy.types.Object]) -> bpy.types.Object:
+    """Return a new model. Raises ValueError, and leaves nothing, where it cannot be made."""
+    model = model_parts.new_model(context, splashes)
+    # In a window it is made later, and what stands in the way is said in its panel.
+    if bpy.app.background and not model.splash_model.evaluated:
+        reason = model.splash_model.warnings
+        model_parts.dissolve(model)
+        raise SceneError(reason)
+    return model
+
+
+class ModelOperator:
+    """What the buttons of the model's list share."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether a model is active."""
+        active = context.active_object
+        if active is not None and active.splash_model.is_model:
+            return True
+        cls.poll_message_set("Select a model")  # type: ignore[attr-defined]
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Change the list, then evaluate."""
+        model = context.active_object
+        try:
+            with live.held():
+                self.change(context, model)
+                live.request(model)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def change(self, context: bpy.types.Context, model: bpy.types.Object) -> None:
+        """Change the list of ``model``."""
+        raise NotImplementedError
+
+
+class SPLASH_OT_part_add(ModelOperator, bpy.types.Operator):
+    """Add a splash to the model"""
+
+    bl_idname = "splash.part_add"
+    bl_label = "Add Splash"
+    splash: StringProperty(name="Splash", description="Name of the splash")
+
+    def change(self, context: bpy.types.Context, model: bpy.types.Object) -> None:
+        """Add it."""
+        splash = context.scene.objects.get(self.splash)
+        if splash is None or not splash.splash.is_splash:
+            raise SceneError(f"There is no splash '{self.splash}' in this scene")
+        model_parts.add_parts(model, [splash])
+
+
+class SPLASH_OT_part_remove(ModelOperator, bpy.types.Operator):
+    """Take the active splash out of the model and show it again"""
+
+    bl_idname = "splash.part_remove"
+    bl_label = "Remove Splash"
+
+    def change(self, _context: bpy.types.Context, model: bpy.types.Object) -> None:
+        """Remove it."""
+        group = model.splash_model
+        if not 0 <= group.active < len(group.parts):
+            raise SceneError("The model has no splashes: add one first")
+        model_parts.remove_part(model, group.active)
+
+
+class SPLASH_OT_model_update(ModelOperator, bpy.types.Operator):
+    """Join the splashes anew, after some or an obstacle were moved"""
+
+    bl_idname = "splash.model_update"
+    bl_label = "Update"
+
+    def change(self, _context: bpy.types.Context, model: bpy.types.Object) -> None:
+        """Nothing in the list changes."""
+
+
+class SPLASH_MT_parts(bpy.types.Menu):
+    """Add a splash to the model"""
+
+    bl_idname = "SPLASH_MT_parts"
+    bl_label = "Add Splash"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the splashes that are in no model yet."""
+        free = [
+            item for item in context.scene.objects if item.splash.is_splash and not models_of(item)
+        ]
+        for item in free:
+            entry = self.layout.operator(SPLASH_OT_part_add.bl_idname, text=item.name)
+            entry.splash = item.name
+        if not free:
+            self.layout.label(text="No other splash in this scene")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPLASH_OT_generate_layers,
+        SPLASH_OT_combine,
+        SPLASH_OT_part_add,
+        SPLASH_OT_part_remove,
+        SPLASH_OT_model_update,
+        SPLASH_MT_parts,
+    )
+)

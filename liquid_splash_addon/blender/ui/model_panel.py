@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The model in the Splash tab: its splashes, the joint, symmetry, waves and obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import bpy
+
+from ...core.refinement.settings import WaveSettings
+from ..jobs import live
+from . import model_operators as operators
+from .panels import SplashPanel, draw_text
+
+
+class SPLASH_UL_parts(bpy.types.UIList):
+    """One line for each splash: its name, and an eye to leave it out."""
+
+    def draw_item(
+        self,
+        _context: Any,
+        layout: Any,
+        _data: Any,
+        item: Any,
+        _icon: int,
+        _active_data: Any,
+        _active_property: str,
+    ) -> None:
+        """Draw the line."""
+        row = layout.row(align=True)
+        row.active = item.show
+        if item.is_there:
+            row.prop(item.splash, "name", text="", emboss=False, icon="MOD_FLUIDSIM")
+        else:
+            row.label(text=f"{item.name} (deleted)", icon="ERROR")
+        row.prop(item, "show", text="", emboss=False, icon="HIDE_OFF" if item.show else "HIDE_ON")
+
+
+class ModelPanel(SplashPanel):
+    """What the panels of a model share."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether a model is active."""
+        active = context.active_object
+        return active is not None and active.splash_model.is_model
+
+
+class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
+    """The splashes of the active model and how they are joined."""
+
+    bl_label = "Model"
+    bl_parent_id = "SPLASH_PT_main"
+    bl_order = -1
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the list with its buttons, then the settings."""
+        layout = self.layout
+        model = context.active_object
+        group = model.splash_model
+        row = layout.row()
+        row.template_list("SPLASH_UL_parts", "", group, "parts", group, "active", rows=3)
+        buttons = row.column(align=True)
+        buttons.menu(operators.SPLASH_MT_parts.bl_idname, text="", icon="ADD")
+        buttons.operator(operators.SPLASH_OT_part_remove.bl_idname, text="", icon="REMOVE")
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        settings = group.settings
+        column.prop(settings, "blend")
+        mirrors = column.row(heading="Mirror", align=True)
+        for axis in "xyz":
+            mirrors.prop(settings, f"mirror_{axis}", toggle=True)
+        column.prop(settings, "count")
+        if settings.count > 1:
+            column.row().prop(settings, "axis", expand=True)
+        column.prop(model.splash_obstacles, "collection", text="Obstacles")
+        if model.splash_obstacles.collection is not None:
+            column.prop(model.splash_obstacles, "clearance")
+        layout.operator(operators.SPLASH_OT_model_update.bl_idname, icon="FILE_REFRESH")
+        # The first use compiles: that takes seconds, and should not look idle.
+        if text := live.stage_of(model) or group.summary:
+            layout.label(text=text)
+        for warning in filter(None, group.warnings.split("\n")):
+            draw_text(layout.box(), context, warning, "ERROR")
+
+
+class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
+    """Waves on the model's joint surface."""
+
+    bl_label = "Waves"
+    bl_parent_id = "SPLASH_PT_model"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        """Show the switch."""
+        self.layout.prop(context.active_object.splash_model, "use_waves", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the sliders."""
+        group = context.active_object.splash_model
+        column = self.layout.column()
+        column.use_property_split = True
+        column.active = group.use_waves
+        for field in fields(WaveSettings):
+            column.prop(group.waves, field.name)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPLASH_UL_parts, SPLASH_PT_model, SPLASH_PT_model_waves)
+)

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operators behind the buttons. What they do is in generation and sketch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ...core.settings import SplashSettings
+from ...core.sketch.strokes import StrokeError
+from ..data.properties import assign_settings, settings_properties, to_settings
+from ..jobs import dependencies, generate, job
+from ..scene import targets
+
+TICK = 0.1
+"""Seconds between two looks at the running job."""
+
+
+def user_errors() -> tuple[type[Exception], ...]:
+    """Return the errors whose message is meant for the user; any other is a mistake of ours."""
+    from ...core.generator.weights_file import TorchMissingError, WeightsError
+    from ...core.obstacles.obstacles import ObstacleError
+
+    return (StrokeError, generate.SceneError, ObstacleError, WeightsError, TorchMissingError)
+
+
+class SplashMaker:
+    """What the operators that make a splash share.
+
+    Their own properties are the settings, for the redo panel and for scripts: one that is not
+    set is taken from the splash, or from the scene for a new one.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    # Not remembered from one splash to the next: each has settings of its own.
+    __annotations__ = settings_properties(options={"SKIP_SAVE"})
+    realign = False
+    needs_splash = True
+    compute = staticmethod(generate.compute)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there are strokes to start from, and no other run."""
+        target = targets.find_target(context)
+        if job.running is not None:
+            cls.poll_message_set("A splash is being made: press Esc to stop it")
+        elif target is None:
+            cls.poll_message_set("Select a Grease Pencil sketch, or a splash whose sketch exists")
+        elif cls.needs_splash and target.splash is None:
+            cls.poll_message_set("This sketch has no splash yet: generate one first")
+        else:
+            return True
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Make the splash now: for scripts, the background and the redo panel."""
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        try:
+            request = self.request(context)
+            result = self.compute(request, lambda _, done: manager.progress_update(100 * done))
+            self.finish(context, request, result)
+        except user_errors() as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        finally:
+            manager.progress_end()
+        return {"FINISHED"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Make the splash in another thread, while Blender stays usable."""
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            self._request = self.request(context)
+        except user_errors() as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        job.start(partial(type(self).compute, self._request))
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Show progress, stop on Esc, write the result when it is there."""
+        if event.type == "ESC" and event.value == "PRESS":
+            job.running.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        show_progress(context)
+        return self.collect(context) if job.running.is_done else {"PASS_THROUGH"}
+
+    def collect(self, context: bpy.types.Context) -> set[str]:
+        """End the modal state and write what the job made."""
+        from ...core.pipeline import Cancelled
+
+        try:
+            with leaving(self, context):
+                self.finish(context, self._request, job.running.result())
+        except Cancelled:
+            self.report({"INFO"}, "Splash cancelled")
+            return {"CANCELLED"}
+        except user_errors() as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Stop because Blender ends the operator: another file, or quitting."""
+        job.stop()
+        with leaving(self, context):
+            pass
+
+    def request(self, context: bpy.types.Context) -> Any:
+        """Snapshot the scene; afterwards the operator's properties hold all the settings."""
+        target = targets.find_target(context)
+        owner = target.splash if target.splash is not None else context.scene
+        settings = self.chosen_settings(to_settings(owner.splash.settings))
+        request = generate.snapshot(context, target, settings, self.realign)
+        assign_settings(self, settings)
+        return request
+
+    def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
+        """Return the stored settings with those that this operator was given."""
+        given = {
+            name: value
+            for name, value in vars(to_settings(self)).items()
+            if self.properties.is_property_set(name)
+        }
+        return SplashSettings(**(vars(stored) | given))
+
+    def finish(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+        """Write the result and say what was made."""
+        splash = generate.write(context, request, result)
+        self.report({"INFO"}, f"{splash.name}: {result.summary}")
+        for warning in result.warnings:
+            self.report({"WARNING"}, warning)
+
+
+def show_progress(context: bpy.types.Context) -> None:
+    """Show the running job in the status bar, at the pointer and in the sidebars."""
+    running = job.running
+    text = f"Splash: {running.stage} ({running.fraction:.0%}). Esc stops it"
+    context.workspace.status_text_set("Splash: stopping" if running.is_stopping else text)
+    context.window_manager.progress_update(100 * running.fraction)
+    job.redraw_sidebars()
+
+
+@contextmanager
+def leaving(operator: Any, context: bpy.types.Context) -> Iterator[None]:
+    """Take the progress away after the block, whatever happens in it."""
+    try:
+        yield
+    finally:
+        job.finish()
+        context.window_manager.event_timer_remove(operator._timer)
+        context.window_manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+
+class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
+    """Turn the strokes of the active sketch into a splash, or update the splash it has"""
+
+    bl_idname = "splash.generate"
+    bl_label = "Generate Splash"
+    needs_splash = False
+
+
+class SPLASH_OT_regenerate(SplashMaker, bpy.types.Operator):
+    """Make the splash again from its sketch and settings, in the same local frame"""
+
+    bl_idname = "splash.regenerate"
+    bl_label = "Regenerate"
+
+
+class SPLASH_OT_realign(SplashMaker, bpy.types.Operator):
+    """Find the local frame of the strokes anew and make the splash again"""
+
+    bl_description = (
+        "Find the local frame of the strokes anew and make the splash again. The frame is kept "
+        "while you edit the strokes, so that the splash does not jump"
+    )
+    bl_idname = "splash.realign"
+    bl_label = "Realign"
+    realign = True
+
+
+class SPLASH_OT_new_sketch(bpy.types.Operator):
+    """Add a Grease Pencil object at the 3D cursor and start to draw"""
+
+    bl_description = (
+        "Add a Grease Pencil object at the 3D cursor and start to draw. Strokes lie on a plane "
+        "through the cursor that faces the view: turn the view, or move the cursor, between "
+        "strokes to draw in 3D. How fast you draw is how fast the liquid moves"
+    )
+    bl_idname = "splash.new_sketch"
+    bl_label = "New Sketch"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether the active object can be left."""
+        active = context.active_object
+        if active is not None and active.mode == "EDIT" and active.type != "GREASEPENCIL":
+            cls.poll_message_set("Leave Edit Mode first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Add the object and enter draw mode."""
+        from . import sketch
+
+        sketch.start_drawing(context, sketch.new_sketch(context))
+        return {"FINISHED"}
+
+
+class SPLASH_OT_copy_install_command(bpy.types.Operator):
+    """Copy the command that installs what is missing; run it in a terminal"""
+
+    bl_idname = "splash.copy_install_command"
+    bl_label = "Copy Command"
+    bl_options = {"INTERNAL"}  # noqa: RUF012
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Copy the command."""
+        context.window_manager.clipboard = dependencies.install_command()
+        self.report({"INFO"}, "Copied: paste it into a terminal, then restart Blender")
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPLASH_OT_generate,
+        SPLASH_OT_regenerate,
+        SPLASH_OT_realign,
+        SPLASH_OT_new_sketch,
+        SPLASH_OT_copy_install_command,
+    )
+)

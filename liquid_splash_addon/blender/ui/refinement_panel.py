@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The refinement list in the Splash tab: like modifiers, in look and behaviour."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import bpy
+
+from ..jobs import live
+from . import refinement_operators as operators
+from .panels import SplashPanel, draw_text, shown_splash
+
+ICONS = {
+    "DROPLETS": "META_BALL",
+    "RUPTURES": "MOD_EXPLODE",
+    "WAVES": "MOD_WAVE",
+    "CLEANUP": "BRUSH_DATA",
+}
+
+
+class SPLASH_UL_refinements(bpy.types.UIList):
+    """One line for each refinement: its name, and an eye to switch it off."""
+
+    def draw_item(
+        self,
+        _context: Any,
+        layout: Any,
+        _data: Any,
+        item: Any,
+        _icon: int,
+        _active_data: Any,
+        _active_property: str,
+    ) -> None:
+        """Draw the line."""
+        row = layout.row(align=True)
+        row.active = item.show
+        row.prop(item, "name", text="", emboss=False, icon=ICONS[item.kind])
+        row.prop(item, "show", text="", emboss=False, icon="HIDE_OFF" if item.show else "HIDE_ON")
+
+
+class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
+    """The refinements of the active splash."""
+
+    bl_label = "Refinements"
+    bl_parent_id = "SPLASH_PT_main"
+    bl_order = 1
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a splash to refine."""
+        return shown_splash(context) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the list with its buttons, and the settings of its active entry."""
+        layout = self.layout
+        splash = shown_splash(context)
+        stack = splash.splash_stack
+        row = layout.row()
+        row.template_list("SPLASH_UL_refinements", "", stack, "items", stack, "active", rows=4)
+        buttons = row.column(align=True)
+        buttons.operator_menu_enum(
+            operators.SPLASH_OT_refinement_add.bl_idname, "kind", text="", icon="ADD"
+        )
+        buttons.operator(operators.SPLASH_OT_refinement_remove.bl_idname, text="", icon="REMOVE")
+        buttons.separator()
+        move = operators.SPLASH_OT_refinement_move.bl_idname
+        buttons.operator(move, text="", icon="TRIA_UP").direction = "UP"
+        buttons.operator(move, text="", icon="TRIA_DOWN").direction = "DOWN"
+        row = layout.row(align=True)
+        row.operator_menu_enum(
+            operators.SPLASH_OT_refinement_preset.bl_idname, "preset", text="Preset", icon="PRESET"
+        )
+        row.operator(operators.SPLASH_OT_refinement_apply.bl_idname, text="Apply", icon="CHECKMARK")
+        draw_settings(layout, stack)
+        layout.operator(operators.SPLASH_OT_drop_points.bl_idname, icon="POINTCLOUD_DATA")
+        # The first use of a kind compiles it: that takes seconds, and should not look idle.
+        if text := live.stage_of(splash) or stack.summary:
+            layout.label(text=text)
+        for warning in filter(None, stack.warnings.split("\n")):
+            draw_text(layout.box(), context, warning, "ERROR")
+
+
+class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
+    """What the active splash keeps out of."""
+
+    bl_label = "Obstacles"
+    bl_parent_id = "SPLASH_PT_main"
+    bl_order = 2
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a splash."""
+        return shown_splash(context) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the collection, and how to follow obstacles that were moved."""
+        layout = self.layout
+        group = shown_splash(context).splash_obstacles
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(group, "collection", text="Collection")
+        column.prop(group, "clearance")
+        layout.operator(operators.SPLASH_OT_refinement_update.bl_idname, icon="FILE_REFRESH")
+
+
+def draw_settings(layout: Any, stack: Any) -> None:
+    """Show the settings of the active refinement."""
+    if not 0 <= stack.active < len(stack.items):
+        return
+    item = stack.items[stack.active]
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    column.active = item.show
+    for field in fields(item.settings):
+        column.prop(item.group, field.name)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPLASH_UL_refinements, SPLASH_PT_refinements, SPLASH_PT_obstacles)
+)

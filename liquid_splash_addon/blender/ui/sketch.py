@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Grease Pencil objects to draw a splash with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ...core.sketch.drawing import Drawing
+from ..jobs.generate import select_only
+
+INK = "Splash Ink"
+INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
+INK_RADIUS = 0.01
+"""Radius of a stroke that is drawn at full pressure, in Blender units."""
+
+
+def new_sketch(
+    context: bpy.types.Context, matrix: Matrix | None = None, layers: Sequence[str] = ("Strokes",)
+) -> bpy.types.Object:
+    """Return a new Grease Pencil object with empty layers, by default at the 3D cursor.
+
+    It shows through the splash in the viewport, and is left out of renders.
+    """
+    is_legacy = bpy.app.version < (5, 0, 0)  # there grease_pencils are the annotations
+    blocks = bpy.data.grease_pencils_v3 if is_legacy else bpy.data.grease_pencils
+    data = blocks.new("Splash Sketch")
+    data.materials.append(ink_material())
+    data.stroke_depth_order = "3D"
+    for name in layers:
+        layer = data.layers.new(name)
+        layer.use_lights = False
+        layer.frames.new(context.scene.frame_current)
+    sketch = bpy.data.objects.new("Splash Sketch", data)
+    context.collection.objects.link(sketch)
+    sketch.matrix_world = matrix or Matrix.Translation(context.scene.cursor.location)
+    sketch.show_in_front = True
+    sketch.hide_render = True
+    sketch.use_grease_pencil_lights = False
+    return sketch
+
+
+def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
+    """Make ``sketch`` active and enter draw mode, on a plane through the 3D cursor."""
+    leave_mode(context)
+    select_only(context, sketch)
+    tools = context.scene.tool_settings
+    tools.gpencil_stroke_placement_view3d = "CURSOR"
+    tools.gpencil_sculpt.lock_axis = "VIEW"
+    bpy.ops.object.mode_set(mode="PAINT_GREASE_PENCIL")
+
+
+def leave_mode(context: bpy.types.Context) -> None:
+    """Enter Object Mode, whatever the active object is in."""
+    if context.active_object is not None and context.active_object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def ink_material() -> bpy.types.Material:
+    """Return the material of sketches, made at the first call."""
+    material = bpy.data.materials.get(INK)
+    if material is None or not material.is_grease_pencil or material.library is not None:
+        material = bpy.data.materials.new(INK)
+        bpy.data.materials.create_gpencil_data(material)
+        material.grease_pencil.color = INK_COLOUR
+    return material
+
+
+def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: Any = None) -> None:
+    """Append ``drawings``, in the sketch's own space, to the drawing of a layer, or of its first.
+
+    Their times become ``delta_time`` and their pressures thickness, as if drawn by hand.
+    """
+    drawing = (layer or sketch.data.layers[0]).current_frame().drawing
+    before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
+    drawing.add_strokes([len(d.points) for d in drawings])
+    append_values(drawing, "position", before, np.concatenate([d.points for d in drawings]))
+    times = [np.zeros(len(d.points)) if d.times is None else d.times for d in drawings]
+    append_values(drawing, "delta_time", before, np.concatenate(times))
+    pressures = [np.ones(len(d.points)) if d.pressures is None else d.pressures for d in drawings]
+    append_values(drawing, "radius", before, INK_RADIUS * np.concatenate(pressures))
+    append_values(drawing, "opacity", before, np.ones(sum(map(len, times))))
+    drawing.tag_positions_changed()
+
+
+def append_values(drawing: Any, name: str, before: int, values: np.ndarray) -> None:
+    """Write ``values`` into an attribute of the points after the first ``before``."""
+    is_vector = values.ndim == 2
+    kind, field = ("FLOAT_VECTOR", "vector") if is_vector else ("FLOAT", "value")
+    attribute = drawing.attributes.get(name) or drawing.attributes.new(name, kind, "POINT")
+    everything = np.zeros((len(attribute.data), *values.shape[1:]), dtype=np.float32)
+    attribute.data.foreach_get(field, everything.ravel())
+    everything[before:] = values
+    attribute.data.foreach_set(field, everything.ravel())

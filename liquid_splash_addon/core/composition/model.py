@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several splashes, their copies and obstacles evaluated as one model, as often as it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..mesh.marching_cubes import Mesh
+from ..obstacles.contact import push_out
+from ..obstacles.obstacles import Obstacle, depth_of_points, digest
+from ..pipeline import Drops, drops_to_drawing, to_drawing
+from ..refinement.drop_meshes import DropCloud
+from ..refinement.settings import WaveSettings
+from ..refinement.waves import WaveMesh, prepare, propagate, wave_edge
+from ..settings import ModelSettings
+from ..sketch.local_frame import Frame
+from .placement import Placed, mirrored, radial
+from .sparse_blocks import Blocks
+from .union import MOST_MEMORY, compose
+
+if TYPE_CHECKING:
+    from ..pipeline import Report
+
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A splash of a model.
+
+    Attributes
+    ----------
+    name : what tells its liquid and drops from any others, wherever they are
+    placed : the liquid without its drops
+    cloud : the drops that fly free of it, local metres
+    """
+
+    name: Hashable
+    placed: Placed
+    cloud: DropCloud
+
+
+@dataclass(frozen=True)
+class Composed:
+    """A finished model in drawing units.
+
+    Attributes
+    ----------
+    mesh : the surface, free drops included
+    drops : those that fly free
+    warnings : sentences for the user
+    """
+
+    mesh: Mesh
+    drops: Drops
+    warnings: list[str] = field(default_factory=list)
+
+
+def copies(parts: Sequence[Part], settings: ModelSettings) -> list[Part]:
+    """Return the parts with their mirror images, and all of them around the axis.
+
+    Mirrors and axis go through the drawing's origin. Raises CompositionError.
+    """
+    places = [part.placed for part in parts]
+    for axis, wanted in zip(AXES.values(), settings.mirrors, strict=True):
+        if wanted:
+            places = mirrored(places, axis)
+    places = radial(places, settings.count, AXES[settings.axis])
+    # Copies come after what they are copies of, in the same order.
+    return [replace(parts[n % len(parts)], placed=place) for n, place in enumerate(places)]
+
+
+class Composer:
+    """Composes one model, keeping what the next change does not touch."""
+
+    def __init__(self, most_memory: int = MOST_MEMORY) -> None:
+        """Take the bytes that a model may need."""
+        self.most_memory = most_memory
+        self._blocks: tuple[Hashable, Blocks] | None = None
+        self._carved: tuple[Hashable, Blocks, Mesh] | None = None
+        self._ready: tuple[Hashable, WaveMesh] | None = None
+
+    def compose(
+        self,
+        parts: Sequence[Part],
+        settings: ModelSettings,
+        waves: WaveSettings | None = None,
+        obstacles: Sequence[Obstacle] = (),
+        offset: float = 0.0,
+        report: Report | None = None,
+    ) -> Composed:
+        """Return the model.
+
+        waves : on the joint surface, in metres of the finest part. obstacles : in drawing units,
+        carved out of the joint liquid with ``offset`` cells of air. report : may raise.
+        Raises CompositionError (no part, no liquid, too much memory), ObstacleError.
+        """
+        report = report or (lambda stage, share: None)
+        everyone = copies(parts, settings)
+        shape = (tuple((part.name, place_of(part.placed.frame)) for part in everyone),
+                 settings.blend)  # fmt: skip
+        blocks = self._joined(shape, everyone, settings.blend, report)
+        report("Building surface", 0.7)
+        around = (shape, digest(obstacles), offset)
+        blocks, mesh = self._surface(around, blocks, obstacles, offset)
+        warnings = [obstacle.warning for obstacle in obstacles if obstacle.warning]
+        if waves is not None and len(mesh.faces):
+            report(waves.label, 0.8)
+            mesh, said = self._waved(around, mesh, finest(parts), waves)
+            warnings += said
+        drops, balls = free_drops(everyone, blocks, obstacles, offset)
+        mesh = mesh.joined(balls)
+        if obstacles:
+            cell = blocks.grid.spacing
+            vertices = push_out(mesh.vertices, mesh.faces, obstacles, cell, offset)
+            mesh = replace(mesh, vertices=vertices)
+        report("Done", 1.0)
+        return Composed(mesh, drops, warnings)
+
+    def _joined(
+        self, name: Hashable, parts: Sequence[Part], blend: float, report: Report
+    ) -> Blocks:
+        if self._blocks is None or self._blocks[0] != name:
+            made = compose(
+                [part.placed for part in parts], blend, most_memory=self.most_memory,
+                report=lambda stage, share: report(stage, 0.7 * share),
+            )  # fmt: skip
+            self._blocks = name, made
+        return self._blocks[1]
+
+    def _surface(
+        self, name: Hashable, blocks: Blocks, obstacles: Sequence[Obstacle], offset: float
+    ) -> tuple[Blocks, Mesh]:
+        """Return the liquid outside the obstacles, and its surface."""
+        if self._carved is None or self._carved[0] != name:
+            carved = blocks.carved(obstacles, offset)
+            self._carved = name, carved, carved.mesh()
+        return self._carved[1:]
+
+    def _waved(
+        self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings
+    ) -> tuple[Mesh, list[str]]:
+        """Return the mesh with waves, which are measured in the local metres of ``part``."""
+        scale, spacing = np.float32(part.frame.scale), part.liquid.grid.spacing
+        metres = replace(mesh, vertices=mesh.vertices * scale)
+        edge = wave_edge(metres, settings, spacing)
+        if self._ready is None or self._ready[0] != (name, edge, spacing):
+            self._ready = (name, edge, spacing), prepare(metres, edge, spacing)
+        moved, about = propagate(self._ready[1], settings)
+        return replace(moved, vertices=moved.vertices / scale), about.warnings
+
+
+def finest(parts: Sequence[Part]) -> Placed:
+    """Return the part whose cells are the smallest in the drawing: they are the model's."""
+    return min((part.placed for part in parts), key=lambda placed: placed.cell)
+
+
+def place_of(frame: Frame) -> Hashable:
+    """Return what tells a frame from any other."""
+    return frame.axes.tobytes(), frame.centre.tobytes(), frame.scale
+
+
+def free_drops(
+    parts: Sequence[Part], blocks: Blocks, obstacles: Sequence[Obstacle], offset: float
+) -> tuple[Drops, Mesh]:
+    """Return the drops of all parts that still fly free, and their surfaces, in drawing units.
+
+    Gone are those in the liquid of another part, in an obstacle, or in a drop of a part before
+    (a splash that was joined with itself, or that stands across a mirror).
+    """
+    nothing = np.zeros((0, 3), dtype=np.float32)
+    found = Drops(nothing, nothing, nothing[:, 0], np.zeros(0, dtype=bool))
+    balls = Mesh.empty()
+    for part in parts:
+        frame = part.placed.frame
+        drops = drops_to_drawing(part.cloud, frame)
+        kept = blocks.level_at(drops.positions) > 0
+        kept &= clear_of_obstacles(drops.positions, blocks.grid.spacing, obstacles, offset)
+        kept &= clear_of_drops(drops, found)
+        mesh = to_drawing(part.cloud.only(kept).mesh, frame)
+        if np.linalg.det(frame.axes) < 0:
+            mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
+        balls = balls.joined(mesh)
+        found = Drops(*(np.concatenate([a, b[kept]]) for a, b in zip(found, drops, strict=True)))
+    return found, balls
+
+
+def clear_of_obstacles(
+    points: np.ndarray, cell: float, obstacles: Sequence[Obstacle], offset: float
+) -> np.ndarray:
+    """Return which of ``points`` ``(n, 3)`` are more than ``offset`` cells from all obstacles."""
+    clear = np.ones(len(points), dtype=bool)
+    for obstacle in obstacles if len(points) else ():
+        clear &= depth_of_points(obstacle, points, cell, offset + 1)[0] > offset
+    return clear
+
+
+def clear_of_drops(drops: Drops, others: Drops) -> np.ndarray:
+    """Return which of the drops do not touch the nearest of ``others``."""
+    if not len(drops.radii) or not len(others.radii):
+        return np.ones(len(drops.radii), dtype=bool)
+    from scipy.spatial import cKDTree
+
+    away, nearest = cKDTree(others.positions).query(drops.positions)
+    return np.asarray(away > drops.radii + others.radii[nearest])

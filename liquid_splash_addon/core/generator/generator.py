@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The generator: a condition and a latent become a volumetric splash (paper, 4.3)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from ..condition.voxelize import Condition
+from ..grid import LOCAL_SPACING, Grid
+from ..liquid.fields import AIR, Fields, settle
+from .precision import prepare
+from .sparse import Crossed, closeness, halved
+from .splash_unet import Draft, NetworkConfig, SplashNetwork
+
+FAINT = 0.01
+"""Probability of liquid under which a draft's cell needs no detail."""
+
+MARGIN = 6
+"""Draft cells around those that need detail in which it is worked out too; beyond is air. Against
+working out the whole box, no occupied cell of the bundled sketches' splashes changes."""
+
+MULTIPLE = {False: 16, True: 32}
+"""Cells that a side must be a multiple of, for a draft and at full resolution."""
+
+
+class Generator:
+    """A network ready for use.
+
+    Attributes
+    ----------
+    header : what training wrote beside the weights (see ``weights``)
+    weights_hash : SHA-256 of the weights' tensors, hexadecimal
+    device : where it runs, a torch device name
+    precision : number format it runs in, a key of ``precision.PRECISIONS``
+    """
+
+    def __init__(
+        self,
+        network: SplashNetwork,
+        header: dict[str, Any],
+        weights_hash: str,
+        device: str,
+        precision: str = "float32",
+    ) -> None:
+        self.network = prepare(network, device, precision)
+        self.header = header
+        self.weights_hash = weights_hash
+        self.device = device
+        self.precision = precision
+
+    @property
+    def config(self) -> NetworkConfig:
+        """Shape of the network."""
+        return self.network.config
+
+    @property
+    def fastest(self) -> float:
+        """Highest stroke speed seen in training, m/s."""
+        return float(self.header["fastest"])
+
+    @torch.inference_mode()
+    def generate(
+        self,
+        condition: Condition,
+        grid: Grid,
+        latent: np.ndarray | None = None,
+        obstacle: np.ndarray | None = None,
+    ) -> Fields:
+        """Return the splash for ``condition`` on ``grid``.
+
+        Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
+
+        condition : of ``voxels.rasterize`` on the grid, whose sides are multiples of 32, of 16
+        in a draft.
+        latent : float32 ``(L, l, l, l)`` of ``latent.draw_latent``; None is the deterministic
+        answer.
+        obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
+        may reach into it.
+
+        Raises ValueError for a shape that does not fit.
+        """
+        fine = grid.spacing < 1.5 * LOCAL_SPACING
+        if any(n % MULTIPLE[fine] for n in condition.shape):
+            raise ValueError(
+                f"the grid must be a multiple of {MULTIPLE[fine]} cells, not {condition.shape}"
+            )
+        if obstacle is not None and obstacle.shape != condition.shape:
+            raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape}")
+        scale = float(self.header["velocity_scale"])
+        crossed = Crossed.of(condition).scaled(scale, self.fastest)
+        crossed = crossed.to(self.device)
+        near = None
+        if obstacle is not None:
+            near = closeness(self.tensor(obstacle[None]), grid.spacing)
+        drawn = None if latent is None else self.tensor(latent)
+        if fine:
+            output, start = self.full(crossed, drawn, near)
+        else:
+            output, start = self.network.draft(crossed, drawn, near).output[0], (0, 0, 0)
+        threshold = float(self.header["thresholds"]["detail" if fine else "draft"])
+        occupancy = torch.sigmoid(output[0] - math.log(threshold / (1 - threshold))).cpu().numpy()
+        reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
+        distance = (output[1] * AIR).cpu().numpy()
+        velocity = (output[2:] * scale).cpu().numpy()
+        return settle(occupancy, distance, velocity, grid, reach, start)
+
+    def tensor(self, array: np.ndarray) -> Tensor:
+        """Return a copy of an array as a batch of one on the device."""
+        return torch.tensor(array, dtype=torch.float32, device=self.device)[None]
+
+    def full(
+        self, crossed: Crossed, latent: Tensor | None, near: Tensor | None
+    ) -> tuple[Tensor, tuple[int, int, int]]:
+        """Return the output ``(5, x, y, z)`` at full resolution, where there may be liquid.
+
+        crossed : velocities over the velocity scale; near : ``(1, 1, X, Y, Z)``. The second
+        result is the cell where that part begins.
+        """
+        strokes = halved(crossed)
+        near = None if near is None else F.avg_pool3d(near, 2)
+        draft = self.network.draft(strokes, latent, near)
+        wanted = torch.sigmoid(draft.output[0, 0]) > FAINT
+        wanted[strokes.where[strokes.values[:, 0] > 0][:, 1:].unbind(1)] = True
+        box = bounding_box(wanted)
+        part = Draft(take(draft.output, box), take(draft.features, grown(box, 0.5)))
+        fine = grown(box, 2.0)
+        output: Tensor = self.network.detail(crossed.part(fine), part)
+        return output[0], (fine[0].start, fine[1].start, fine[2].start)
+
+
+def bounding_box(wanted: Tensor) -> tuple[slice, ...]:
+    """Return slices of the box around the cells that are true, MARGIN wider, of even bounds.
+
+    wanted : bool ``(x, y, z)``; where none is true, the box lies in the middle.
+    """
+    cells = wanted.nonzero()
+    if not len(cells):
+        cells = torch.tensor([wanted.shape], device=wanted.device) // 2
+    low = (cells.min(0).values - MARGIN).clamp_min(0) // 2 * 2
+    high = (cells.max(0).values + 1 + MARGIN + 1) // 2 * 2
+    bounds = zip(low.tolist(), high.tolist(), wanted.shape, strict=True)
+    return tuple(slice(a, min(b, n)) for a, b, n in bounds)
+
+
+def take(x: Tensor, box: tuple[slice, ...]) -> Tensor:
+    """Return the part of ``(B, C, X, Y, Z)`` in a box, a view."""
+    return x[:, :, box[0], box[1], box[2]]
+
+
+def grown(box: tuple[slice, ...], factor: float) -> tuple[slice, ...]:
+    """Return the box on cells ``factor`` times as many."""
+    return tuple(slice(int(s.start * factor), int(s.stop * factor)) for s in box)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which number format a device computes the networks fastest in."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple, TypeVar
+
+import torch
+
+DTYPES = {"float32": torch.float32, "bfloat16": torch.bfloat16}
+"""What training may run in."""
+
+GAIN = 0.8
+"""Share of the time that a coarser format must take at the most to be worth it."""
+
+
+class Precision(NamedTuple):
+    """A number format: ``eight_bits`` are the large convolutions', ``dtype`` is all the rest's."""
+
+    dtype: torch.dtype
+    eight_bits: bool
+
+
+PRECISIONS = {name: Precision(dtype, False) for name, dtype in DTYPES.items()} | {
+    "int8": Precision(torch.float32, True),
+    "int8_bfloat16": Precision(torch.bfloat16, True),
+}
+"""What the generator may run in. Those with eight bits are for processors."""
+
+IN_EIGHT_BITS = {"float32": "int8", "bfloat16": "int8_bfloat16"}
+"""The format with eight bits for each that is the rest's."""
+
+
+Network = TypeVar("Network", bound=torch.nn.Module)
+
+
+def prepare(network: Network, device: str, precision: str) -> Network:
+    """Return the network, moved to the device and changed to the format, for use.
+
+    Raises ValueError where the device has no such format.
+    """
+    dtype, eight_bits = PRECISIONS[precision]
+    if eight_bits:
+        if device != "cpu":
+            raise ValueError(f"'{precision}' is for processors, not for {device}")
+        from .int8_conv import quantize_convolutions
+
+        try:
+            quantize_convolutions(network)
+        except (AttributeError, NotImplementedError, RuntimeError) as error:
+            raise ValueError(f"PyTorch cannot compute in '{precision}' here: {error}") from error
+    moved: Network = network.to(device, dtype, memory_format=torch.channels_last_3d).eval()  # type: ignore[call-overload]
+    return moved
+
+
+def seconds(device: str, precision: str, repeats: int = 3) -> float:
+    """Return the least time of a convolution like the networks' own, in seconds.
+
+    Infinite where the device has no kernel for it.
+    """
+    layers = torch.nn.Sequential(torch.nn.Conv3d(32, 32, 3, padding=1))
+    best = float("inf")
+    try:
+        layers = prepare(layers, device, precision)
+        x = torch.ones((1, 32, 32, 32, 32), device=device, dtype=PRECISIONS[precision].dtype)
+        x = x.to(memory_format=torch.channels_last_3d)
+        with torch.inference_mode():
+            for _ in range(repeats + 1):  # the first one builds kernels
+                start = time.perf_counter()
+                float(layers(x).sum())  # waits for the device
+                best = min(best, time.perf_counter() - start)
+    except (NotImplementedError, RuntimeError, TypeError, ValueError):  # as their kernels say
+        return float("inf")
+    return best
+
+
+def fastest_precision(device: str) -> str:
+    """Return the fastest of DTYPES, see GAIN."""
+    half = seconds(device, "bfloat16")
+    return "bfloat16" if half < GAIN * seconds(device, "float32") else "float32"
+
+
+def fastest_in_use(device: str) -> str:
+    """Return the fastest of PRECISIONS for the generator in use, see GAIN."""
+    plain = fastest_precision(device)
+    fewer = IN_EIGHT_BITS[plain]
+    return fewer if seconds(device, fewer) < GAIN * seconds(device, plain) else plain
+
+
+def is_usable(device: str, precision: str) -> bool:
+    """Return whether the device can compute in this format."""
+    return precision in PRECISIONS and seconds(device, precision, repeats=0) < float("inf")

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the networks are shown, made from the strokes on a grid (``voxels.rasterize``)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from ..condition.voxelize import (
+    CHANNELS,
+    PLACE,
+    SPANS,
+    SPANS_PLACE,
+    SPANS_VELOCITY,
+    VELOCITY,
+    Condition,
+)
+
+NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
+
+SPARSE = 1e-4
+"""Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
+
+
+class Crossed(NamedTuple):
+    """The cells of a condition that strokes or their spans cross: few, so work on them is free.
+
+    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 18)``, the condition there; shape : of
+    the batch, ``(B, X, Y, Z)``.
+    """
+
+    where: Tensor
+    values: Tensor
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, condition: Condition) -> Crossed:
+        """Return a condition as a batch of one."""
+        where = F.pad(torch.from_numpy(condition.where).long(), (1, 0))
+        return cls(where, torch.from_numpy(condition.values), (1, *condition.shape))
+
+    def dense(self) -> Tensor:
+        """Return the condition, ``(B, 18, X, Y, Z)``, channels last."""
+        batch, x, y, z = self.where.unbind(1)
+        cells = self.values.new_zeros(*self.shape, self.values.shape[1])
+        return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
+
+    def scaled(self, unit: float, limit: float) -> Crossed:
+        """Return the same with velocities over ``unit``, after those above ``limit`` are shortened.
+
+        unit, limit : m/s
+        """
+        values = self.values.clone()
+        for which in (VELOCITY, SPANS_VELOCITY):
+            velocity = self.values[:, which]
+            speed = torch.linalg.vector_norm(velocity, dim=1, keepdim=True)
+            values[:, which] = velocity * (limit / speed.clamp_min(limit)) / unit
+        return self._replace(values=values)
+
+    def to(self, device: str) -> Crossed:
+        """Return the same on a device."""
+        return self._replace(where=self.where.to(device), values=self.values.to(device))
+
+    def part(self, box: tuple[slice, ...]) -> Crossed:
+        """Return what lies in a box of cells, seen from its corner."""
+        low = self.where.new_tensor([0, *(side.start for side in box)])
+        high = self.where.new_tensor([self.shape[0], *(side.stop for side in box)])
+        inside = ((self.where >= low) & (self.where < high)).all(1)
+        sides = (side.stop - side.start for side in box)
+        return Crossed(self.where[inside] - low, self.values[inside], (self.shape[0], *sides))
+
+    def halves(self) -> tuple[Tensor, tuple[int, ...]]:
+        """Return each one's number ``(n,)`` among cells twice as large, and their shape."""
+        shape = (self.shape[0], *(n // 2 for n in self.shape[1:]))
+        batch, x, y, z = self.where.unbind(1)
+        return ((batch * shape[1] + x // 2) * shape[2] + y // 2) * shape[3] + z // 2, shape
+
+    def gathered(self, values: Tensor, air: Tensor) -> Tensor:
+        """Return ``values`` ``(n, C)`` summed over cells twice as large, channels last.
+
+        air : ``(C,)``, where every sum begins. The result is ``(B, C, X / 2, Y / 2, Z / 2)``.
+        """
+        cell, shape = self.halves()
+        sums = air.to(values.dtype).repeat(math.prod(shape), 1)
+        # Not index_put: its threads add in any order, and a seed would not give one splash.
+        sums = sums.index_add(0, cell, values)
+        return sums.view(*shape, -1).permute(0, 4, 1, 2, 3)
+
+    def gathered_onto(self, total: Tensor, values: Tensor) -> Tensor:
+        """Return ``total`` and ``values``, summed as by :meth:`gathered`.
+
+        In use in place of ``total``, of whose cells few are crossed.
+        """
+        rows = total.permute(0, 2, 3, 4, 1)
+        if torch.is_grad_enabled() or total.dtype != values.dtype or not rows.is_contiguous():
+            return total + self.gathered(values, values.new_zeros(values.shape[1]))
+        cell, _ = self.halves()
+        rows.view(-1, values.shape[1]).index_add_(0, cell, values)
+        return total
+
+
+def crossed_cells(condition: Tensor) -> Crossed:
+    """Return the crossed cells of ``(B, 18, X, Y, Z)``."""
+    where = (condition[:, 0] + condition[:, SPANS]).nonzero()
+    batch, x, y, z = where.unbind(1)
+    return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
+
+
+def halved(crossed: Crossed) -> Crossed:
+    """Return the condition on cells twice as large: crossed if one of eight is, else means."""
+    values = torch.cat([crossed.values, (crossed.values[:, SPANS, None] > 0).float()], dim=1)
+    octant = crossed.where[:, 1:] % 2 - 0.5
+    for which, there in ((PLACE, values[:, 0]), (SPANS_PLACE, values[:, CHANNELS])):
+        values[:, which] = (values[:, which] + octant) / 2 * there[:, None]
+    cell, shape = crossed.halves()
+    cells, row = torch.unique(cell, return_inverse=True)
+    sums = values.new_zeros(len(cells), CHANNELS + 1).index_add(0, row, values)
+    drawn, spanned = sums[:, :1], sums[:, CHANNELS:]
+    means = [
+        (drawn > 0).to(sums.dtype),
+        sums[:, 1:SPANS] / drawn.clamp_min(1),
+        sums[:, SPANS:CHANNELS] / spanned.clamp_min(1),
+    ]
+    return Crossed(torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape)
+
+
+def patches(stem: nn.Conv3d, crossed: Crossed, total: Tensor) -> Tensor:
+    """Return ``total`` and ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
+
+    Without its bias, and without further input channels that it may have. total :
+    ``(B, C, X / 2, Y / 2, Z / 2)``, which in use may be changed.
+    """
+    kernels = stem.weight[:, :CHANNELS].permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
+    eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
+    order = eighth.argsort()
+    groups = torch.bincount(eighth, minlength=8).tolist()
+    given = torch.split(crossed.values[order].to(kernels.dtype), groups)
+    values = torch.cat([part @ kernel for part, kernel in zip(given, kernels, strict=True)])
+    return crossed._replace(where=crossed.where[order]).gathered_onto(total, values)
+
+
+def closeness(distance: Tensor, spacing: float) -> Tensor:
+    """Return how near an obstacle is, 0 (25 mm away) to 1 (25 mm inside).
+
+    distance : signed distance to it in cells of ``spacing`` metres.
+    """
+    return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
+
+
+def in_blocks(crossed: Crossed) -> Tensor:
+    """Return the mean of the strokes' occupancy and velocity over cells twice as large.
+
+    The result is ``(B, 4, X / 2, Y / 2, Z / 2)``.
+    """
+    drawn = crossed.values[:, : VELOCITY.stop]
+    return crossed.gathered(drawn, drawn.new_zeros(VELOCITY.stop)).contiguous() / 8
+
+
+def nearness(blocks: Tensor) -> Tensor:
+    """Return the density of strokes around each cell, one channel for each size in NEARNESS.
+
+    About 1 where one stroke passes. blocks : of :func:`in_blocks`; the result is
+    ``(B, 2, X, Y, Z)``.
+    """
+    shape = [2 * n for n in blocks.shape[2:]]
+    means = []
+    for size in NEARNESS:
+        density = F.avg_pool3d(blocks[:, :1], size // 2) * size**2
+        means.append(F.interpolate(density, size=shape, mode="trilinear"))
+    return torch.cat(means, dim=1)
+
+
+def diffused_velocity(blocks: Tensor) -> Tensor:
+    """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
+
+    Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
+    average wherever it holds enough of a stroke. blocks : of :func:`in_blocks`.
+    """
+    levels = [(blocks[:, :1], blocks[:, VELOCITY])]
+    while min(blocks.shape[2:]) > 1 and not any(n % 2 for n in blocks.shape[2:]):
+        blocks = F.avg_pool3d(blocks, 2)
+        levels.append((blocks[:, :1], blocks[:, VELOCITY]))
+    weight, flow = levels[-1]
+    spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
+    for weight, flow in reversed(levels):
+        spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")
+        spread = (flow + SPARSE * spread) / (weight + SPARSE)
+    return F.interpolate(spread, scale_factor=2, mode="trilinear")
+
+
+def sum_over_cells(x: Tensor) -> Tensor:
+    """Return ``(B, C, 1, 1, 1)``."""
+    return x.sum((2, 3, 4), keepdim=True)

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edges of which the generator is not sure, made smooth.
+
+Where a sheet ends no stroke tells, and the probability of liquid hovers about one half: the
+generator's patches of 2^3 cells then give ragged rims and specks, as no liquid has them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..grid import LOCAL_SPACING
+from ..mesh.marching_cubes import balanced, filled, liquid_box, set_level, surface_level
+from ..numeric.box_filter import mean_around
+from ..numeric.threads import in_parts
+from .fields import Fields
+
+SURE = 1.5
+"""Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
+
+MOVED = 1.0
+"""Level, in cells, up to which it is changed: beyond, the surface is hardly ever moved."""
+
+SPREAD, REACH = 1.2, 3
+"""Width in cells of the Gaussian that smooths edges, and how far it is summed."""
+
+
+def smoothed_edges(fields: Fields) -> Fields:
+    """Return the liquid with a smooth surface where the generator is not sure of it.
+
+    There the level is blurred, the more the less it is sure, and shifted so that the volume
+    stays. Drafts are left as they are: their cells are as large as the patches. The arrays of
+    ``fields`` are changed in place.
+    """
+    if fields.grid.spacing > 1.5 * LOCAL_SPACING:
+        return fields
+    level = surface_level(fields, 0.5)
+    box = liquid_box(level)
+    if box is None:
+        return fields
+    near = np.clip(level[box], -SURE, SURE)
+    cells = np.argwhere(np.abs(near) < MOVED)
+    doubt = np.maximum(1 - mean_around(np.abs(near), cells, 1) / SURE, 0)
+    cells, doubt = cells[doubt > 0], doubt[doubt > 0]
+    before = near[tuple(cells.T)]
+    moved = before + doubt * (blurred_at(near, cells) - before)
+    where = tuple((cells + [side.start for side in box]).T)
+    smooth = balanced(lambda more: moved + doubt * more, filled(before))
+    set_level(fields, where, smooth, fields.distance[where])
+    return fields
+
+
+def blurred_at(level: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return the level at cells ``(n, 3)``, blurred, float32 ``(n,)``: they are few."""
+    blurred = np.empty(len(cells), dtype=np.float32)
+    taps = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / SPREAD) ** 2).astype(np.float32)
+    in_parts(len(cells), lambda a, b: _blur(level, cells[a:b], taps, blurred[a:b]))
+    return blurred
+
+
+@njit(cache=True, nogil=True)
+def _blur(level: np.ndarray, cells: np.ndarray, taps: np.ndarray, blurred: np.ndarray) -> None:
+    """Set the weighted mean of the level around each cell; outside of the array is none."""
+    x, y, z = level.shape
+    reach = len(taps) // 2
+    for n in range(len(cells)):
+        i, j, k = cells[n]
+        total, weights = np.float32(0), np.float32(0)
+        for a in range(max(i - reach, 0), min(i + reach + 1, x)):
+            for b in range(max(j - reach, 0), min(j + reach + 1, y)):
+                row = taps[a - i + reach] * taps[b - j + reach]
+                for c in range(max(k - reach, 0), min(k + reach + 1, z)):
+                    weight = row * taps[c - k + reach]
+                    total += weight * level[a, b, c]
+                    weights += weight
+        blurred[n] = total / weights

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Faces of a triangle mesh that cut through each other, and what to do about them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .geometry import cross_edges
+
+BOX = 1.4
+"""Edge of the boxes by which faces near each other are found, over the faces' mean size."""
+
+MOST_BOXES = 1e7
+"""4 bytes each; they are larger where the mesh is far wider than its faces."""
+
+ALIKE = 0.8
+"""Cosine of the angle between faces that are not compared, which saves two thirds of the time:
+sheets that pass each other look opposite ways, and a fold turns its faces over."""
+
+ROUNDS = 12
+"""Most times that :func:`take_back` looks again."""
+
+KEPT = 0.6
+"""Share of its move that a vertex keeps each time."""
+
+
+def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return ``moved`` vertices ``(n, 3)``, less far from ``before`` where faces would cross.
+
+    Where a sheet or a gap is thinner than the moves of its sides, these pass each other. Such
+    places are few: only faces that cross, and those around them, give way, bit by bit.
+
+    before : ``(n, 3)``, where no faces cross; faces : int ``(m, 3)``.
+    """
+    share = np.ones((len(moved), 1))
+    there = moved
+    for _ in range(ROUNDS):
+        crossed = crossing_faces(there, faces)
+        if not crossed.any():
+            break
+        touched = np.zeros(len(moved), dtype=bool)
+        touched[faces[crossed]] = True
+        touched[faces[touched[faces].any(axis=1)]] = True
+        share[touched] *= KEPT
+        there = before + share * (moved - before)
+    return there
+
+
+def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return which faces cut through another one, bool ``(m,)``.
+
+    Faces with a common edge do not count: they could only lie on each other. Nor do faces that
+    look the same way, see ALIKE.
+
+    vertices : ``(n, 3)``; faces : int ``(m, 3)``, of much the same size.
+    """
+    crossed = np.zeros(len(faces), dtype=bool)
+    if len(faces):
+        faces = np.ascontiguousarray(faces, dtype=np.int32)
+        points = vertices.astype(np.float64)
+        points -= points.min(axis=0)
+        bounds, mean = _bounds(points, faces)
+        extent = points.max(axis=0)
+        side = max(BOX * mean, float(np.cbrt(np.prod(extent + mean) / MOST_BOXES)))
+        size = tuple(int(n) + 1 for n in extent / side)
+        first, inside = _sort(bounds, np.float32(1 / side), size)
+        _find(points, faces, bounds, _normals(points, faces), first, inside, crossed)
+    return crossed
+
+
+@njit(cache=True)
+def _bounds(points, faces):
+    """Return each face's lowest and highest coordinates, float32 ``(m, 6)``, and the mean size."""
+    bounds = np.empty((len(faces), 6), dtype=np.float32)
+    total = 0.0
+    for f in range(len(faces)):
+        most = np.float32(0)
+        for n in range(3):
+            a, b, c = points[faces[f, 0], n], points[faces[f, 1], n], points[faces[f, 2], n]
+            bounds[f, n], bounds[f, 3 + n] = min(a, b, c), max(a, b, c)
+            most = max(most, bounds[f, 3 + n] - bounds[f, n])
+        total += float(most)
+    return bounds, total / len(faces)
+
+
+@njit(cache=True)
+def _normals(points, faces):
+    """Return unit normals, float32 ``(m, 3)``; 0 for a face without area."""
+    normals = np.empty((len(faces), 3), dtype=np.float32)
+    for f in range(len(faces)):
+        x, y, z = cross_edges(faces[f, 0], faces[f, 1], faces[f, 2], points)
+        scale = 1 / max(np.sqrt(x * x + y * y + z * z), 1e-30)
+        normals[f, 0], normals[f, 1], normals[f, 2] = scale * x, scale * y, scale * z
+    return normals
+
+
+@njit(cache=True)
+def _sort(bounds, scale, size):
+    """Return where each box begins, int32, and the faces whose bounds meet each box, int32.
+
+    scale : boxes to a unit of length; size : boxes along each axis.
+    """
+    first = np.zeros(size[0] * size[1] * size[2] + 1, dtype=np.int32)
+    for f in range(len(bounds)):
+        for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
+            for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
+                for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
+                    first[(i * size[1] + j) * size[2] + k] += 1
+    total = np.int32(0)
+    for box in range(len(first)):
+        total += first[box]
+        first[box] = total
+    # Filled from the back: each begin ends up at the beginning.
+    inside = np.empty(total, dtype=np.int32)
+    for f in range(len(bounds)):
+        for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
+            for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
+                for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
+                    box = (i * size[1] + j) * size[2] + k
+                    first[box] -= 1
+                    inside[first[box]] = f
+    return first, inside
+
+
+@njit(cache=True)
+def _find(points, faces, bounds, normals, first, inside, crossed):
+    alike = np.float32(ALIKE)
+    for box in range(len(first) - 1):
+        for p in range(first[box], first[box + 1]):
+            f = inside[p]
+            nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+            x0, y0, z0 = bounds[f, 0], bounds[f, 1], bounds[f, 2]
+            x1, y1, z1 = bounds[f, 3], bounds[f, 4], bounds[f, 5]
+            for q in range(p + 1, first[box + 1]):
+                g = inside[q]
+                if nx * normals[g, 0] + ny * normals[g, 1] + nz * normals[g, 2] > alike:
+                    continue
+                if bounds[g, 0] > x1 or bounds[g, 3] < x0 or bounds[g, 1] > y1:
+                    continue
+                if bounds[g, 4] < y0 or bounds[g, 2] > z1 or bounds[g, 5] < z0:
+                    continue
+                if _cross(f, g, points, faces, normals):
+                    crossed[f] = True
+                    crossed[g] = True
+
+
+@njit(cache=True)
+def _cross(f, g, points, faces, normals):
+    """Tell whether two faces with at most a vertex in common cut through each other."""
+    a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+    d, e, h = faces[g, 0], faces[g, 1], faces[g, 2]
+    # A common vertex comes first in both.
+    if b == d or b == e or b == h:
+        a, b, c = b, c, a
+    elif c == d or c == e or c == h:
+        a, b, c = c, a, b
+    if a == e:
+        d, e, h = e, h, d
+    elif a == h:
+        d, e, h = h, d, e
+    if b == e or b == h or c == e or c == h:
+        return False
+    apart = a != d
+    if _one_side(f, a, d, e, h, apart, points, normals):
+        return False
+    if _one_side(g, d, a, b, c, apart, points, normals):
+        return False
+    if _pierces(b, c, d, e, h, points) or _pierces(e, h, a, b, c, points):
+        return True
+    return apart and (
+        _pierces(a, b, d, e, h, points)
+        or _pierces(c, a, d, e, h, points)
+        or _pierces(d, e, a, b, c, points)
+        or _pierces(h, d, a, b, c, points)
+    )
+
+
+@njit(cache=True, inline="always")
+def _one_side(f, a, d, e, h, apart, points, normals):
+    """Tell whether e and h, and d if it is ``apart`` from a, lie on one side of the face f at a."""
+    x, y, z = normals[f, 0], normals[f, 1], normals[f, 2]
+    base = x * points[a, 0] + y * points[a, 1] + z * points[a, 2]
+    second = x * points[e, 0] + y * points[e, 1] + z * points[e, 2] - base
+    third = x * points[h, 0] + y * points[h, 1] + z * points[h, 2] - base
+    if second * third <= 0:
+        return False
+    return not apart or second * (x * points[d, 0] + y * points[d, 1] + z * points[d, 2] - base) > 0
+
+
+@njit(cache=True)
+def _pierces(a, b, d, e, h, points):
+    """Tell whether the edge ab passes through the face deh."""
+    if _volume(a, d, e, h, points) * _volume(b, d, e, h, points) >= 0:
+        return False
+    u, v, w = _volume(a, b, d, e, points), _volume(a, b, e, h, points), _volume(a, b, h, d, points)
+    return (u > 0 and v > 0 and w > 0) or (u < 0 and v < 0 and w < 0)
+
+
+@njit(cache=True, inline="always")
+def _volume(a, b, c, d, points):
+    """Return six times the signed volume of the tetrahedron abcd."""
+    x, y, z = points[a, 0], points[a, 1], points[a, 2]
+    bx, by, bz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+    cx, cy, cz = points[c, 0] - x, points[c, 1] - y, points[c, 2] - z
+    dx, dy, dz = points[d, 0] - x, points[d, 1] - y, points[d, 2] - z
+    return bx * (cy * dz - cz * dy) + by * (cz * dx - cx * dz) + bz * (cx * dy - cy * dx)

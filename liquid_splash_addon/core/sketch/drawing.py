@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drawings: what a pen or a controller recorded, before speed is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..settings import SplashSettings
+from .local_frame import longest_side
+from .strokes import Stroke, StrokeError, arc_length, check_strokes
+
+VELOCITY_WINDOW = 0.06
+"""Seconds over which speed is estimated. Recorded times jitter by an event or two (11-45 ms)."""
+
+STALL = 4.0
+"""Speed over the stroke's mean speed from which recorded times are not believed."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """One recorded stroke, in the drawing's own units (Blender units).
+
+    Attributes
+    ----------
+    points : float ``(n, 3)``
+    times : float ``(n,)`` seconds since the stroke began, or None where none were recorded
+    pressures : float ``(n,)`` in 0..1, or None
+    """
+
+    points: np.ndarray
+    times: np.ndarray | None = None
+    pressures: np.ndarray | None = None
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether the times say anything (scripts, fills and imports leave them all equal)."""
+        return self.times is not None and len(self.times) > 1 and bool(np.ptp(self.times) > 0)
+
+
+def estimate_velocity(
+    points: np.ndarray, times: np.ndarray, window: float = VELOCITY_WINDOW
+) -> np.ndarray:
+    """Return the velocity at each point, float64 ``(n, 3)``, units per second.
+
+    Speed is the arc length covered in ``window`` seconds (at most a quarter of the stroke)
+    around the point, over the time taken; direction is that of the arc over the same window.
+    Raw differences of recorded times would be noise: events are clumped, and points between
+    them carry interpolated times. When the interface stalls, a second's worth of events gets
+    the time of a blink: where the speed comes out above STALL times the stroke's mean, the
+    window is doubled until it does not.
+
+    points : ``(n, 3)``; times : ``(n,)`` seconds, not decreasing, not all equal.
+    """
+    along = arc_length(points)
+    times = np.maximum.accumulate(np.asarray(times, dtype=np.float64))
+    # Of points that share a time keep the last: all of them were reached by then.
+    last = np.append(np.diff(times) > 0, True)
+    total = float(np.ptp(times))
+    windows = np.full(len(times), min(window, total / 4))
+    while True:
+        early = np.clip(times - windows / 2, times[0], times[-1])
+        late = np.clip(times + windows / 2, times[0], times[-1])
+        travelled = [np.interp(t, times[last], along[last]) for t in (early, late)]
+        speed = (travelled[1] - travelled[0]) / (late - early)
+        stalled = (speed > STALL * along[-1] / total) & (windows < 2 * total)
+        if not stalled.any():
+            return speed[:, None] * tangents(points, *travelled)
+        windows[stalled] *= 2
+
+
+def tangents(
+    points: np.ndarray, behind: np.ndarray | None = None, ahead: np.ndarray | None = None
+) -> np.ndarray:
+    """Return unit tangents of a polyline, float64 ``(n, 3)``.
+
+    points : ``(n, 3)``. behind, ahead : arc lengths ``(n,)`` between which the direction is
+    taken; by default a 32nd of the stroke to either side. A stretch that closes on itself
+    takes the direction of its nearest segment.
+    """
+    along = arc_length(points)
+    if behind is None or ahead is None:
+        behind, ahead = along - along[-1] / 32, along + along[-1] / 32
+    # A window in which the pen rested still needs a direction.
+    reach = max(float(along[-1]) * 1e-3, 1e-12)
+    ends = []
+    for position in (np.minimum(behind, along - reach), np.maximum(ahead, along + reach)):
+        position = np.clip(position, 0.0, along[-1])
+        ends.append(np.stack([np.interp(position, along, points[:, a]) for a in range(3)], axis=1))
+    chord = ends[1] - ends[0]
+    size = np.linalg.norm(chord, axis=1, keepdims=True)
+    short = size < 1e-3 * (ends_apart(behind, ahead, along)[:, None] + reach)
+    return np.where(short, segment_directions(points), chord / np.maximum(size, 1e-30))
+
+
+def ends_apart(behind: np.ndarray, ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the arc length ``(n,)`` between both ends, clipped to the stroke."""
+    return np.clip(ahead, 0, along[-1]) - np.clip(behind, 0, along[-1])
+
+
+def segment_directions(points: np.ndarray) -> np.ndarray:
+    """Return at each point ``(n, 3)`` the unit direction of the segment that leads to it.
+
+    Segments without length take the direction of the last one that has some.
+    """
+    steps = np.diff(points.astype(np.float64), axis=0)
+    size = np.linalg.norm(steps, axis=1)
+    moving = np.flatnonzero(size > 0)
+    latest = np.searchsorted(moving, np.arange(len(steps)), side="right") - 1
+    chosen = moving[np.concatenate([latest[:1], latest]).clip(0)]
+    return np.asarray(steps[chosen] / size[chosen, None])
+
+
+def strokes_from_drawings(
+    drawings: Sequence[Drawing], settings: SplashSettings, scale: float | None = None
+) -> tuple[list[Stroke], list[str]]:
+    """Give every drawing its velocities by ``settings.speed_source``; drop nothing silently.
+
+    scale : local metres per drawing unit; by default from ``settings.real_size``.
+
+    Returns the strokes (drawing units, drawing units per second) and warnings for the user.
+    Raises StrokeError where a drawing holds no usable points.
+    """
+    check_drawings(drawings)
+    if scale is None:
+        scale = drawing_scale(drawings, settings.real_size)
+    strokes, untimed, unpressed = [], 0, 0
+    for drawing in drawings:
+        hand_speed = np.full(len(drawing.points), settings.stroke_speed / scale)
+        if settings.speed_source == "TIME" and drawing.is_timed:
+            velocities = estimate_velocity(drawing.points, np.asarray(drawing.times))
+        else:
+            untimed += settings.speed_source == "TIME"
+            if settings.speed_source == "PRESSURE":
+                if drawing.pressures is None:
+                    unpressed += 1
+                else:
+                    hand_speed = hand_speed * drawing.pressures
+            velocities = hand_speed[:, None] * tangents(drawing.points)
+        strokes.append(Stroke(drawing.points, velocities))
+    warnings = []
+    for count, lack in ((untimed, "recorded time"), (unpressed, "pressure")):
+        if count:
+            warnings.append(
+                f"{count} of {len(drawings)} strokes have no {lack}: "
+                f"drawn at a constant {settings.stroke_speed:g} m/s"
+            )
+    return strokes, warnings
+
+
+def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
+    """Return local metres per drawing unit, so that the longest side measures ``real_size``."""
+    if real_size <= 0:
+        return 1.0
+    return real_size / longest_side([np.asarray(d.points, dtype=np.float64) for d in drawings])
+
+
+def check_drawings(drawings: Sequence[Drawing]) -> None:
+    """Raise StrokeError with advice if any drawing has no usable points."""
+    check_strokes([Stroke(d.points, np.zeros_like(d.points, dtype=np.float32)) for d in drawings])
+    for number, drawing in enumerate(drawings, start=1):
+        for name in ("times", "pressures"):
+            values = getattr(drawing, name)
+            if values is not None and not np.isfinite(values).all():
+                raise StrokeError(f"Stroke {number} has {name} that are not numbers: remove it")

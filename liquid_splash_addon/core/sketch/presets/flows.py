@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Preset sketches of what liquid does by itself: streamlet, jet, sheet and wave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...settings import setting
+from .pen import LONG, Paths, SketchPreset, shares, size_setting, strokes_setting
+from .rings import around
+
+
+def bundle(centre: np.ndarray, radius: np.ndarray, count: int, turns: float) -> list[np.ndarray]:
+    """Return ``count`` paths ``(n, 3)`` side by side along ``centre`` ``(n, 3)``.
+
+    The first runs in the middle, the others in a ring of ``radius`` ``(n,)`` around it, wound
+    ``turns`` times on their way.
+    """
+    along = np.gradient(centre, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(side, along)
+    paths = [centre]
+    for n in range(count - 1):
+        angle = 2 * np.pi * (n / (count - 1) + turns * shares(len(centre)))
+        ring = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up
+        paths.append(centre + radius[:, None] * ring)
+    return paths
+
+
+@dataclass(frozen=True)
+class Streamlet(SketchPreset):
+    """A streamlet: liquid poured through the air."""
+
+    label: ClassVar[str] = "Streamlet"
+    about: ClassVar[str] = "A thin stream of liquid, poured or thrown through the air in an arc"
+
+    length: float = size_setting(2.0, "Length", "Distance that the stream covers")
+    height: float = size_setting(0.6, "Height", "Height of the arc above its ends", low=0.0)
+    thickness: float = size_setting(0.24, "Thickness", "Diameter of the stream", low=0.05, high=1.0)
+    twist: float = setting(
+        0.25, "Twist", "Turns of the strokes around the stream", low=-2.0, high=2.0
+    )
+    strokes: int = strokes_setting(7)
+
+    def paths(self) -> Paths:
+        """Return a bundle of strokes along +x, widening to its front."""
+        share = shares(LONG)
+        centre = np.stack(
+            [self.length * (share - 0.5), 0 * share, 4 * self.height * share * (1 - share)], axis=1
+        )
+        radius = self.thickness / 2 * (0.7 + 0.3 * share)
+        return {"Streamlet": bundle(centre, radius, self.strokes, self.twist)}
+
+
+@dataclass(frozen=True)
+class Jet(SketchPreset):
+    """A jet: liquid that comes down and spreads over a point."""
+
+    label: ClassVar[str] = "Jet"
+    about: ClassVar[str] = "A jet that comes down and spreads where it hits"
+
+    width: float = size_setting(2.06, "Width", "Diameter of the spread liquid")
+    height: float = size_setting(0.9, "Height", "Height from which the jet comes", low=0.2)
+    lift: float = setting(
+        0.12, "Lift", "How high the liquid springs off again, in Blender units", low=0.0, high=1.0
+    )
+    strokes: int = strokes_setting(9)
+
+    def paths(self) -> Paths:
+        """Return strokes down the axis and out to all sides."""
+        share = shares()
+        bend = np.clip((share - 0.35) / 0.65, 0, 1)
+        radius = 0.08 + (self.width / 2 - 0.08) * bend**1.2
+        fall = np.minimum(share / 0.4, 1.0) ** 1.2
+        height = self.height - (self.height + 0.1) * fall + self.lift * np.sin(bend * np.pi)
+        angles = 2 * np.pi * np.arange(self.strokes) / self.strokes
+        return {"Jet": [around(angle, radius, height) for angle in angles]}
+
+
+@dataclass(frozen=True)
+class Sheet(SketchPreset):
+    """A sheet: liquid thrown from a cup, a fan that gets broader and thinner."""
+
+    label: ClassVar[str] = "Sheet"
+    about: ClassVar[str] = "A fan of liquid thrown from a cup, broader and thinner to its front"
+
+    length: float = size_setting(2.0, "Length", "Distance from the source to the front")
+    width: float = size_setting(1.6, "Width", "Width of the front")
+    height: float = size_setting(0.9, "Height", "Height of the front above the source", low=0.0)
+    source: float = size_setting(0.3, "Source", "Width of the source", low=0.05)
+    cup: float = setting(
+        0.2, "Cup", "How far the sides are bent up, over the width: 0 for a flat sheet",
+        low=-0.5, high=0.5,
+    )  # fmt: skip
+    strokes: int = strokes_setting(9)
+
+    def paths(self) -> Paths:
+        """Return strokes from the source at the origin along +x, side by side."""
+        share = shares()
+        paths = []
+        for across in np.linspace(-0.5, 0.5, self.strokes):
+            broad = self.source + (self.width - self.source) * share**1.2
+            # An arc in front, its middle ahead of its sides.
+            x = self.length * share * (1 - 0.6 * across**2 * share)
+            z = self.height * np.sin(share * np.pi / 2) + 4 * self.cup * across**2 * broad
+            paths.append(np.stack([x, across * broad, z], axis=1))
+        return {"Sheet": paths}
+
+
+@dataclass(frozen=True)
+class Wave(SketchPreset):
+    """A wave: a sheet that curls over."""
+
+    label: ClassVar[str] = "Wave"
+    about: ClassVar[str] = "A sheet that curls over like a breaking wave"
+
+    length: float = size_setting(
+        2.0, "Length", "Length of the whole arch, of which the curl is a part"
+    )
+    height: float = size_setting(0.85124, "Height", "Height of the crest", low=0.1)
+    width: float = size_setting(1.2, "Width", "Width of the front, along the crest", low=0.2)
+    curl: float = setting(
+        198.0, "Curl", "Degrees around which the front has come", low=90.0, high=330.0
+    )
+    strokes: int = strokes_setting(7)
+
+    def paths(self) -> Paths:
+        """Return strokes from the foot up and over along +x, from one side to the other."""
+        share = shares()
+        angle = np.radians(9.0 + (self.curl - 9.0) * share)
+        radius = 1.0 - 0.25 * share
+        # The crest of the middle stroke is at ``height``.
+        tall = self.height / (radius * np.sin(angle)).max()
+        paths = []
+        for across in np.linspace(-0.5, 0.5, self.strokes):
+            x = -self.length / 2 * radius * np.cos(angle)
+            z = tall * radius * np.sin(angle) * (0.85 + 0.1 * np.cos(1.6 * across)) / 0.95
+            y = across * self.width / 1.5 * (1 + 0.5 * share)
+            paths.append(np.stack([x, y, z], axis=1))
+        return {"Wave": paths}

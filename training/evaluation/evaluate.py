@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measure models on scenes they were never trained on, beside baselines.
+
+    python -m training.evaluate DATA --out accuracy.json
+    python -m training.evaluate DATA --models ours=FILE paper=RUN --twins FILE --pictures FILE.png
+
+``--twins`` takes what ``python -m training.ceiling --data DATA --out FILE`` writes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from tqdm import tqdm
+
+from liquid_splash_addon.core.condition.voxelize import Condition
+from liquid_splash_addon.core.generator.generator import Generator
+from liquid_splash_addon.core.generator.precision import PRECISIONS
+from liquid_splash_addon.core.generator.weights_file import default_weights_path
+
+from ..data.dataset import Item, choose, held_out_sample, load_items
+from ..measures.metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
+from .answers import BASELINES, Answer, ByGrid, calibrate, latents_for, load_answers
+from .baselines import NearestExample, best_radius, distance_to
+from .comparison import draw_comparison
+from .diversity import diversity
+from .report import Figures, describe, frames_hash, load_kept, load_twins, merged, summary
+
+
+class Measured(NamedTuple):
+    """Figures of each test frame on one grid.
+
+    Attributes
+    ----------
+    rows : by model, one for each frame
+    truth : the truth's own
+    strokes : number of strokes of each sketch
+    """
+
+    rows: dict[str, list[dict[str, float]]]
+    truth: list[dict[str, float]]
+    strokes: list[int]
+
+
+def dilations(condition: Condition) -> dict[str, np.ndarray]:
+    """Return each cell's distance to the strokes, and to them and their spans, in cells."""
+    return {
+        "dilated_strokes": distance_to(condition.drawn),
+        "dilated_spans": distance_to(condition.crossed),
+    }
+
+
+def tuned_radii(validation: Sequence[Item], cells: int) -> dict[str, float]:
+    """Return the dilations (cells) that suit the validation frames best."""
+    distances: dict[str, list[np.ndarray]] = {}
+    truths = []
+    for item in validation:
+        sample, _ = held_out_sample(item, cells)
+        for name, distance in dilations(sample.condition).items():
+            distances.setdefault(name, []).append(distance)
+        truths.append(sample.distance < 0)
+    return {name: best_radius(found, truths) for name, found in distances.items()}
+
+
+def measure(
+    answers: Mapping[str, Answer],
+    tests: Sequence[Item],
+    nearest: NearestExample,
+    radii: Mapping[str, float],
+    cells: int,
+) -> Measured:
+    """Return the figures of the models and the baselines on the test frames.
+
+    A model that cannot answer on this grid is left out, with a printed line.
+    """
+    left = dict(answers)
+    found = Measured({name: [] for name in (*answers, *BASELINES)}, [], [])
+    for item in tqdm(tests, desc=f"{cells}^3", unit="frame"):
+        sample, strokes = held_out_sample(item, cells)
+        truth, spacing = sample.distance < 0, sample.grid.spacing
+        near, near_velocity = nearest.answer(strokes, sample.grid)
+        guesses: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+        for name, answer in list(left.items()):
+            try:
+                fields = answer.generate(sample.condition, sample.grid)
+            except ValueError as error:
+                if found.strokes:  # it could, on the first frame
+                    raise
+                tqdm.write(f"{name} is left out at {cells}^3: {error}")
+                del left[name], found.rows[name]
+                continue
+            guesses[name] = (fields.occupancy > 0.5, fields.velocity)
+        for name, distance in dilations(sample.condition).items():
+            guesses[name] = (distance <= radii[name], None)
+        guesses["nearest"] = (near < 0, near_velocity)
+        for name, (occupied, velocity) in guesses.items():
+            row = occupancy_metrics(occupied, truth, spacing)
+            if velocity is not None:
+                row |= velocity_metrics(velocity, sample.velocity, truth)
+                row["divergence"] = relative_divergence(velocity, occupied)
+            found.rows[name].append(row)
+        found.truth.append({"divergence": relative_divergence(sample.velocity, truth)})
+        found.strokes.append(len(strokes))
+    return found
+
+
+def read_arguments() -> argparse.Namespace:
+    """Return the command line's arguments."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add, cores = parser.add_argument, os.cpu_count() or 1
+    add("data", type=Path, help="directory of the data set")
+    add(
+        "--models",
+        nargs="+",
+        metavar="NAME=PATH",
+        help="weights file or directory of a run; a name may have a run of the paper's per grid",
+    )
+    add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
+    add("--precision", choices=list(PRECISIONS), default="float32", help="of our weights")
+    add("--out", type=Path, help="JSON file for the figures")
+    add("--keep", action="store_true", help="keep the rows of other models in it")
+    add("--most", type=int, default=100, help="test frames at the most")
+    add("--grids", type=int, nargs="+", default=[128, 64])
+    add("--examples", type=int, default=sys.maxsize, help="training frames sought in at the most")
+    add("--workers", type=int, default=cores, help="processes that trace their sketches")
+    add("--twins", type=Path, help="JSON file of training.ceiling --data")
+    add("--seeds", type=int, default=8, help="splashes of one sketch that are compared")
+    add("--diverse", type=int, default=16, help="test frames for that at the most; 0: none")
+    add("--pictures", type=Path, help="PNG to draw some test frames into")
+    add("--shown", type=int, default=6, help="frames in it")
+    add("--pixels", type=int, default=240, help="side of a picture in it")
+    args = parser.parse_args()
+    if args.seeds < 2 or min(args.most, args.examples, args.shown) < 1:
+        parser.error("--seeds must be at least 2, --most, --examples and --shown at least 1")
+    args.models = args.models or [f"ours={args.weights}"]
+    return args
+
+
+def main() -> int:
+    """Run the command."""
+    args = read_arguments()
+    try:
+        print(run(args))
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def run(args: argparse.Namespace) -> str:
+    """Measure, write what was asked for, and return the tables; ValueError says what is amiss."""
+    tests = choose(load_items(args.data, "test"), args.most)
+    validation = choose(load_items(args.data, "validation"), args.most // 3 + 1)
+    examples = choose(load_items(args.data, "train"), args.examples)
+    test_hash = frames_hash(tests)
+    kept = load_kept(args.out, test_hash) if args.out and args.keep else {}
+    twins = load_twins(args.twins, tests) if args.twins else {}
+    answers, hashes = load_answers(args.models, args.precision)
+    for answer in answers.values():
+        calibrate(answer, validation, args.grids)
+    nearest = NearestExample(examples, workers=args.workers)
+    results: dict[str, Figures] = {}
+    divergence = {}
+    for cells in args.grids:
+        radii = tuned_radii(validation, cells)
+        found = measure(answers, tests, nearest, radii, cells)
+        results[str(cells)] = {
+            name: summary(rows, tests, found.strokes, twins) for name, rows in found.rows.items()
+        }
+        for name, radius in radii.items():
+            results[str(cells)][name]["radius_cells"] = radius
+        for name, answer in answers.items():
+            if isinstance(answer, ByGrid) and name in found.rows:
+                results[str(cells)][name]["threshold"] = answer.answers[cells].threshold
+        divergence[str(cells)] = average(found.truth).get("divergence")
+    for name, answer in answers.items():
+        grids = [cells for cells in args.grids if name in results[str(cells)]]
+        latents = latents_for(answer, args.seeds)
+        if grids and args.diverse:
+            varied = diversity(answer, latents, choose(tests, args.diverse), grids, twins)
+            for cells, row in varied.items():
+                results[str(cells)][name]["diversity"] = {**row, "seeds": args.seeds}
+    about: dict[str, Any] = {
+        "test_hash": test_hash,
+        "test_frames": len(tests),
+        "test_scenes": len({item.scene for item in tests}),
+        "validation_frames": len(validation),
+        "examples": len(examples),
+        "models": hashes,
+        "truth_divergence": divergence,
+    }
+    ours = answers.get("ours")
+    if isinstance(ours, Generator):
+        about["weights_hash"] = ours.weights_hash
+        about["data_hash"] = ours.header["data_hash"]
+    content = merged(kept, {"about": about, **results}, [*answers, *BASELINES])
+    if args.out:
+        args.out.parent.mkdir(parents=True, exist_ok=True)
+        args.out.write_text(json.dumps(content, indent=1) + "\n")
+    if args.pictures:
+        args.pictures.parent.mkdir(parents=True, exist_ok=True)
+        able = {n: a for n, a in answers.items() if any(n in rows for rows in results.values())}
+        sheet = draw_comparison(able, choose(tests, args.shown), args.grids, args.pixels)
+        sheet.save(args.pictures)
+    all_rows = {grid: rows for grid, rows in content.items() if grid != "about"}
+    return f"{len(tests)} test frames of {about['test_scenes']} scenes\n\n{describe(all_rows)}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

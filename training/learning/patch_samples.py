@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the judge of spans is trained on: spans of sketches, and which of them lie in liquid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+from tqdm import tqdm
+
+from liquid_splash_addon.core.condition.patches.features import SpanGraph, graph_of
+from liquid_splash_addon.core.condition.patches.gabriel import knots_of, patches_of
+from liquid_splash_addon.core.condition.patches.sampling import fill
+from liquid_splash_addon.core.grid import Grid
+from liquid_splash_addon.core.sketch.local_frame import fit_frame
+from liquid_splash_addon.core.sketch.strokes import Stroke
+
+from ..data.dataset import Item, held_out_strokes, resample
+from ..data.stream import draw_sketch
+from ..simulation.scheduling import end_with_parent
+
+
+class SpanLesson(NamedTuple):
+    """The spans of one sketch.
+
+    graph : their features; inside, near : float32 ``(m,)``, the share of each triangle's samples
+    that lies in liquid, and within a cell of it; samples : float32 ``(m,)``, how many there are.
+    """
+
+    graph: SpanGraph
+    inside: np.ndarray
+    near: np.ndarray
+    samples: np.ndarray
+
+
+def span_lesson(item: Item, sketch: int | None) -> SpanLesson | None:
+    """Return the spans of a random training sketch of a frame; None where it has none.
+
+    sketch : its number; None is the sketch that figures are measured on.
+    """
+    stored = item.load()
+    if sketch is None:
+        strokes: Sequence[Stroke] = held_out_strokes(item, stored)
+    else:
+        rng = np.random.default_rng([item.seed, item.number, sketch])
+        strokes = draw_sketch(item, stored, rng)
+    frame, grid = fit_frame(strokes), Grid.local()
+    knots = knots_of(frame.strokes_to_local(strokes))
+    patches = patches_of(knots)
+    count = len(patches.triangles)
+    if not count:
+        return None
+    distance, _ = resample(stored, item.spacing, frame, grid)
+    points, values = fill(knots, patches, np.arange(count, dtype=np.float64)[:, None])
+    depth = map_coordinates(distance, grid.to_cells(points).T - 0.5, order=1, mode="nearest")
+    which = values[:, 0].astype(int)
+    samples = np.bincount(which, minlength=count)
+    shares = [np.bincount(which, depth < most, count) / samples for most in (0.0, 1.0)]
+    return SpanLesson(
+        graph_of(knots, patches),
+        *(part.astype(np.float32) for part in (*shares, samples)),
+    )
+
+
+def span_lessons(
+    items: Sequence[Item], sketches: Sequence[int | None], workers: int
+) -> list[SpanLesson]:
+    """Return the lessons of all items, each with all ``sketches``."""
+    lessons: list[SpanLesson] = []
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=end_with_parent) as pool:
+        for sketch in sketches:
+            found = pool.map(partial(span_lesson, sketch=sketch), items, chunksize=8)
+            bar = tqdm(found, total=len(items), desc="sketches", unit="frame", leave=False)
+            lessons += [lesson for lesson in bar if lesson is not None]
+    return lessons
