@@ -19,6 +19,7 @@ TORCH_MODULES = {
     "generator.bfloat16",
     "generator.generator",
     "generator.int8_conv",
+    "generator.layers",
     "generator.patch_classifier",
     "generator.pixel_shuffle",
     "generator.precision",

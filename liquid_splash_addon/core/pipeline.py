@@ -3,20 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .condition.voxelize import outside_share, rasterize
+from .composition.drops import Drops, drops_to_drawing, mesh_to_drawing
+from .condition.voxelize import outside_share
 from .generator.latent import draw_latent
 from .grid import Grid
-from .liquid.breakup import broken_up
-from .liquid.edge_smoothing import smoothed_edges
 from .liquid.fields import Fields
-from .liquid.stroke_reach import within_reach
-from .mesh.marching_cubes import Mesh, surface
+from .liquid.shaping import shaped
+from .mesh.marching_cubes import surface
+from .mesh.mesh import Mesh
+from .progress import Report, silent
 from .settings import SplashSettings
 from .sketch.local_frame import Frame, fit_frame
 from .sketch.strokes import Stroke, StrokeError, check_strokes, resampled_points
@@ -24,7 +25,6 @@ from .sketch.strokes import Stroke, StrokeError, check_strokes, resampled_points
 if TYPE_CHECKING:
     from .generator.generator import Generator
     from .obstacles.obstacles import Obstacle
-    from .refinement.drop_meshes import DropCloud
     from .refinement.settings import RefinementSettings
 
 MOST_OUTSIDE = 0.05
@@ -32,29 +32,6 @@ MOST_OUTSIDE = 0.05
 
 LEAST_OUTSIDE = 0.005
 """Share from which it is worth a warning."""
-
-Report = Callable[[str, float], None]
-"""Called between stages with what comes next and the share done, 0..1; may raise Cancelled."""
-
-
-class Cancelled(Exception):  # noqa: N818 (not an error: the user wished it)
-    """Raised by a report to stop the pipeline; nothing has changed."""
-
-
-class Drops(NamedTuple):
-    """Drops that fly free, in drawing units.
-
-    Attributes
-    ----------
-    positions, velocities : float32 ``(n, 3)``
-    radii : float32 ``(n,)``
-    meshed : bool ``(n,)``, which of them the splash's mesh holds
-    """
-
-    positions: np.ndarray
-    velocities: np.ndarray
-    radii: np.ndarray
-    meshed: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -93,12 +70,12 @@ def make_splash(
     frame : the stored frame of an earlier splash; by default one is fitted to the strokes.
     Raises StrokeError, with advice, where no splash can be made.
     """
-    report = report or (lambda stage, share: None)
+    report = report or silent
     report("Reading strokes", 0.0)
     frame = prepare_frame(strokes, settings, frame)
     grid = Grid.local(settings.cells)
     local = frame.strokes_to_local(strokes, settings.speed_gain)
-    condition = rasterize(local, grid)
+    condition = generator.condition(local, grid)
     report("Generating liquid", 0.1)
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
@@ -111,7 +88,7 @@ def make_splash(
         )
     warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
     if not refinements and not obstacles:
-        mesh = to_drawing(surface(fields, settings.surface_threshold), frame)
+        mesh = mesh_to_drawing(surface(fields, settings.surface_threshold), frame)
         report("Done", 1.0)
         return Splash(mesh, fields, frame, warnings)
     from .refinement.stack import Refiner
@@ -119,18 +96,9 @@ def make_splash(
     refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance)
     refined = refiner.refine(refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share))
     return Splash(
-        to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
+        mesh_to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
         drops_to_drawing(refined.cloud, frame),
     )  # fmt: skip
-
-
-def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
-    """Return the generator's liquid with smooth edges, kept to Reach and broken up.
-
-    strokes : in local metres and m/s. The arrays of ``fields`` may be changed in place.
-    """
-    fields = within_reach(smoothed_edges(fields), strokes, settings.reach)
-    return broken_up(fields, strokes, settings)
 
 
 def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:
@@ -179,23 +147,6 @@ def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
     ):
         share *= 0.995
     return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
-
-
-def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
-    """Return free drops in local metres as ones in drawing units."""
-    return Drops(
-        frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
-        frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
-        (cloud.radii / frame.scale).astype(np.float32),
-        cloud.meshed,
-    )
-
-
-def to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
-    """Return a mesh in local metres as one in drawing units."""
-    vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
-    velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
-    return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))
 
 
 def outside_warnings(local: Sequence[Stroke]) -> list[str]:

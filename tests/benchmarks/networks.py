@@ -7,7 +7,7 @@ from functools import partial
 
 import torch
 
-from liquid_splash_addon.core.condition.voxelize import CHANNELS, SPANS
+from liquid_splash_addon.core.condition.channels import CHANNELS, PATCH_CLOSENESS
 from liquid_splash_addon.core.generator.precision import (
     IN_EIGHT_BITS,
     PRECISIONS,
@@ -40,7 +40,9 @@ def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
     large convolutions. casts_input : the network casts its input to the format of its weights.
     """
     condition = (torch.rand(1, CHANNELS, CELLS, CELLS, CELLS) > 0.99).float()
-    condition[:, :SPANS] *= condition[:, :1] * (torch.rand(1, 1, *condition.shape[2:]) > 0.9)
+    condition[:, :PATCH_CLOSENESS] *= condition[:, :1] * (
+        torch.rand(1, 1, *condition.shape[2:]) > 0.9
+    )
     times = []
     for layout in (torch.contiguous_format, torch.channels_last_3d):
         network = make().eval().to(memory_format=layout)  # type: ignore[call-overload]

@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.generator.precision import fastest_in_use
-from liquid_splash_addon.core.generator.weights_file import load_generator
 from liquid_splash_addon.core.pipeline import Splash, make_splash
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings

@@ -12,10 +12,13 @@ from mathutils import Matrix
 from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
 from liquid_splash_addon.blender.ui import sketch as sketches
-from liquid_splash_addon.core.condition.voxelize import VELOCITY, Condition
+from liquid_splash_addon.core.condition.channels import STROKE_VELOCITY
+from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
+from liquid_splash_addon.core.condition.voxelize import Condition, voxelize
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
 from liquid_splash_addon.core.sketch.drawing import Drawing
+from liquid_splash_addon.core.sketch.strokes import Stroke
 
 SIZE = 0.32
 """Real size of the tests' splashes, metres: what they find does not hang on the default."""
@@ -32,6 +35,10 @@ class TubeGenerator:
     radius = 1.7
     """Of the tubes, in cells of a draft."""
 
+    def condition(self, strokes: Sequence[Stroke], grid: Grid) -> Condition:
+        """Return the strokes on the grid, without patches: tubes know of none."""
+        return voxelize(strokes, grid, PatchSamples.none())
+
     def generate(
         self,
         condition: Condition,
@@ -46,7 +53,7 @@ class TubeGenerator:
         if latent is not None:
             distance += zoom(latent[1], grid.shape[0] // latent.shape[1], order=1)
         distance = np.clip(distance, -AIR, AIR).astype(np.float32)
-        velocity = condition.dense()[VELOCITY][(slice(None), *nearest)] * (distance < AIR)
+        velocity = condition.dense()[STROKE_VELOCITY][(slice(None), *nearest)] * (distance < AIR)
         return Fields(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
 
 

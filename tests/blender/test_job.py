@@ -10,7 +10,7 @@ import pytest
 from liquid_splash_addon.blender.jobs import generate as generate_job
 from liquid_splash_addon.blender.jobs import job
 from liquid_splash_addon.blender.scene import targets
-from liquid_splash_addon.core.pipeline import Cancelled
+from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
 

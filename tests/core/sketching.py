@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from liquid_splash_addon.core.condition.voxelize import CHANNELS, SPANS, Condition
+from liquid_splash_addon.core.condition.channels import CHANNELS, PATCH_CLOSENESS
+from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
+from liquid_splash_addon.core.condition.voxelize import Condition, voxelize
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
 
@@ -31,6 +33,18 @@ def fan(count=7, length=0.2) -> list[Stroke]:
     return strokes
 
 
+def patches_between(strokes) -> PatchSamples:
+    """Return samples of the patches, with the bundled classifier's verdicts."""
+    from liquid_splash_addon.core.generator import patch_classifier
+
+    return patch_classifier.patch_samples(strokes, patch_classifier.bundled_patch_classifier())
+
+
+def condition_of(strokes, grid) -> Condition:
+    """Return what the bundled generator is shown."""
+    return voxelize(strokes, grid, patches_between(strokes))
+
+
 def moved(strokes, rotation, shift) -> list[Stroke]:
     """Return the strokes turned by ``rotation`` and moved by ``shift``."""
     return [Stroke(s.points @ rotation.T + shift, s.velocities @ rotation.T) for s in strokes]
@@ -40,5 +54,5 @@ def sparse(cells: np.ndarray) -> Condition:
     """Return a condition from all its cells ``(C, X, Y, Z)``; channels that miss are zero."""
     full = np.zeros((CHANNELS, *cells.shape[1:]), dtype=np.float32)
     full[: len(cells)] = cells
-    where = np.argwhere(full[0] + full[SPANS] > 0).astype(np.int32)
+    where = np.argwhere(full[0] + full[PATCH_CLOSENESS] > 0).astype(np.int32)
     return Condition(where, full[:, *where.T].T.copy(), cells.shape[1:])

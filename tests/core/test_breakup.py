@@ -9,9 +9,11 @@ from liquid_splash_addon.core.fluid.surface_tension import WATER
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
 from liquid_splash_addon.core.liquid import breakup
 from liquid_splash_addon.core.liquid.breakup import broken_up, disturbance, flown, growth
-from liquid_splash_addon.core.liquid.fields import AIR, Fields, settle
-from liquid_splash_addon.core.liquid.level_set import Liquid
-from liquid_splash_addon.core.mesh.marching_cubes import filled, surface, surface_level
+from liquid_splash_addon.core.liquid.fields import AIR, Fields, clip_to_band
+from liquid_splash_addon.core.liquid.level_set import LevelSet, surface_level
+from liquid_splash_addon.core.liquid.shaping import reshaped
+from liquid_splash_addon.core.liquid.volume import filled_cells
+from liquid_splash_addon.core.mesh.marching_cubes import surface
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.strokes import Stroke
 from tests.core.sketching import line
@@ -36,12 +38,17 @@ def liquid(cells=128, half=(LENGTH / 2, 0.05, 1.5 * LOCAL_SPACING), speed=1.0) -
     occupancy = (1 / (1 + np.exp(2 * away))).astype(np.float32)
     velocity = np.zeros((3, *away.shape), dtype=np.float32)
     velocity[0] = speed
-    return settle(occupancy, away.astype(np.float32), velocity, grid)
+    return clip_to_band(occupancy, away.astype(np.float32), velocity, grid)
+
+
+def parted_by_tension(fields, strokes, settings) -> Fields:
+    """Return the liquid that has flown along ``strokes``."""
+    return reshaped(fields, lambda liquid: broken_up(liquid, strokes, settings))
 
 
 def broken(speed, settings=None, **shape) -> Fields:
     """Return the slab after it has flown along its stroke."""
-    return broken_up(liquid(**shape), [stroke(speed)], settings or SplashSettings())
+    return parted_by_tension(liquid(**shape), [stroke(speed)], settings or SplashSettings())
 
 
 def holes(fields):
@@ -54,7 +61,7 @@ def holes(fields):
 
 def volume(fields):
     """Return the volume under the surface, cells."""
-    return filled(surface_level(fields, 0.5))
+    return filled_cells(surface_level(fields, 0.5))
 
 
 def test_a_slow_sheet_parts_and_a_fast_one_does_not():
@@ -70,7 +77,7 @@ def test_what_has_flown_longer_has_parted_more():
     lost = holes(broken(SLOW))
     start, end = lost[:64], lost[64:]
     assert start.mean() < 0.3 * end.mean()
-    backwards = broken_up(
+    backwards = parted_by_tension(
         liquid(), [line((LENGTH / 2, 0, 0), (-LENGTH / 2, 0, 0), speed=SLOW)], SplashSettings()
     )
     turned = holes(backwards)
@@ -101,13 +108,13 @@ def test_the_volume_stays_and_all_fields_agree():
 
 @pytest.mark.parametrize("threshold", (0.1, 0.9))
 def test_other_thresholds_are_fuller_and_thinner_as_before(threshold):
-    before, after = (filled(surface_level(f, threshold)) for f in (liquid(), broken(SLOW)))
+    before, after = (filled_cells(surface_level(f, threshold)) for f in (liquid(), broken(SLOW)))
     assert after == pytest.approx(before, rel=0.35)
 
 
 def test_the_distance_is_one():
     before, after = liquid(), broken(SLOW)
-    true = Liquid.of(after).distance
+    true = LevelSet.of(after).distance
     changed = (after.distance != before.distance) & (np.abs(true) < 2)
     assert np.quantile(np.abs(after.distance - true)[changed], 0.95) < 0.3
 
@@ -117,7 +124,7 @@ def test_liquid_flows_where_the_generator_told_no_velocity():
     fields.velocity[:, fields.distance > 1.5] = 0
     fields.distance[fields.distance > 1.5] = AIR
     known = fields.distance < AIR
-    after = broken_up(fields, [stroke(SLOW)], SplashSettings())
+    after = parted_by_tension(fields, [stroke(SLOW)], SplashSettings())
     grown = (after.occupancy > 0.5) & ~known
     assert grown.any() and (after.velocity[0][grown] == 1).all()
 
@@ -132,7 +139,7 @@ def test_what_is_stored_comes_back():
 def test_without_surface_tension_nothing_changes():
     fields = liquid()
     before = fields.occupancy.copy()
-    assert broken_up(fields, [stroke(SLOW)], SplashSettings(breakup=0.0)) is fields
+    assert parted_by_tension(fields, [stroke(SLOW)], SplashSettings(breakup=0.0)) is fields
     assert (fields.occupancy == before).all()
 
 
@@ -202,7 +209,7 @@ def test_liquid_at_the_wall_of_the_box_and_liquid_without_strokes():
     assert volume(after) == pytest.approx(volume(liquid(half=wide)), rel=0.02)
     assert label(after.occupancy > 0.5)[1] > 1
     fields = liquid(cells=64)
-    assert broken_up(fields, [], SplashSettings()) is fields
+    assert parted_by_tension(fields, [], SplashSettings()) is fields
 
 
 @pytest.mark.parametrize("speed", (0.05, 0.9, 1.3, 1.9))

@@ -15,8 +15,8 @@ from liquid_splash_addon.core.composition.placement import CompositionError, Pla
 from liquid_splash_addon.core.composition.sparse_blocks import SHARP, SIDE, joined
 from liquid_splash_addon.core.composition.union import compose
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.liquid.level_set import Liquid
-from liquid_splash_addon.core.liquid.smooth_csg import united
+from liquid_splash_addon.core.liquid.level_set import LevelSet
+from liquid_splash_addon.core.liquid.smooth_csg import smooth_union
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
 from liquid_splash_addon.core.obstacles.contact import push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
@@ -24,7 +24,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     depth_of_points,
     obstacle_from_mesh,
 )
-from liquid_splash_addon.core.pipeline import Cancelled
+from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, is_closed, sphere, volume
@@ -36,11 +36,11 @@ TURN = Rotation.from_rotvec([0.3, 0.5, 0.2]).as_matrix()
 HERE = Frame(np.eye(3), np.zeros(3), 1.0)
 
 
-def ball(radius=RADIUS, velocity=(1.0, 0.0, 0.0), stretch=(1.0, 1.0, 1.0), grid=GRID) -> Liquid:
+def ball(radius=RADIUS, velocity=(1.0, 0.0, 0.0), stretch=(1.0, 1.0, 1.0), grid=GRID) -> LevelSet:
     """Return a ball, or an ellipsoid (its level no distance then), with a constant velocity."""
     length = np.linalg.norm(grid.centres() / np.float32(stretch), axis=-1)
     field = np.broadcast_to(np.float32(velocity)[:, None, None, None], (3, *grid.shape))
-    return Liquid(((length - radius) / grid.spacing).astype(np.float32), field.copy(), grid)
+    return LevelSet(((length - radius) / grid.spacing).astype(np.float32), field.copy(), grid)
 
 
 def at(x, y=0.0, z=0.0, scale=1.0, axes=None) -> Frame:
@@ -239,10 +239,12 @@ def test_composing_can_be_cancelled():
 def test_the_order_of_splashes_does_not_matter():
     rng = np.random.default_rng(0)
     levels = [rng.normal(size=(4, 4, 4)).astype(np.float32) for _ in range(4)]
-    assert (united(levels, 2.0) == united(levels[::-1], 2.0)).all()
+    assert (smooth_union(levels, 2.0) == smooth_union(levels[::-1], 2.0)).all()
     lowest = np.minimum.reduce(levels)
-    assert (united(levels, 0.0) == lowest).all()
-    assert (united(levels, 2.0) >= lowest - 0.5).all() and (united(levels, 2.0) <= lowest).all()
+    assert (smooth_union(levels, 0.0) == lowest).all()
+    assert (smooth_union(levels, 2.0) >= lowest - 0.5).all() and (
+        smooth_union(levels, 2.0) <= lowest
+    ).all()
 
 
 def test_a_mesh_of_the_splash_is_united_in_its_place():

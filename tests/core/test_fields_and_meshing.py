@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.liquid.fields import AIR, Fields, settle
+from liquid_splash_addon.core.liquid.fields import AIR, Fields, clip_to_band
 from liquid_splash_addon.core.mesh.marching_cubes import surface
 
 GRID = Grid((32, 32, 32), 0.01, (-0.16, -0.16, -0.16))
@@ -124,13 +124,13 @@ def test_what_is_one_cell_thick_is_not_blurred_away(sides, sure):
 
 
 def settled(fields: Fields) -> Fields:
-    return settle(fields.occupancy, fields.distance, fields.velocity, fields.grid)
+    return clip_to_band(fields.occupancy, fields.distance, fields.velocity, fields.grid)
 
 
 def test_a_part_is_put_into_air():
     part = settled(ball())
     grid = Grid((40, 48, 36), GRID.spacing, (0.0, 0.0, 0.0))
-    whole = settle(part.occupancy, part.distance, part.velocity, grid, start=(4, 10, 0))
+    whole = clip_to_band(part.occupancy, part.distance, part.velocity, grid, start=(4, 10, 0))
     box = (slice(4, 36), slice(10, 42), slice(0, 32))
     np.testing.assert_array_equal(whole.distance[box], part.distance)
     np.testing.assert_array_equal(whole.velocity[(slice(None), *box)], part.velocity)

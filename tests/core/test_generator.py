@@ -8,38 +8,42 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.voxelize import (  # noqa: E402
+from liquid_splash_addon.core.condition.channels import (  # noqa: E402
     CHANNELS,
-    PLACE,
-    SPANS,
-    SPANS_VELOCITY,
-    VELOCITY,
-    rasterize,
+    PATCH_CLOSENESS,
+    PATCH_VELOCITY,
+    STROKE_OFFSET,
+    STROKE_VELOCITY,
 )
 from liquid_splash_addon.core.generator.generator import Generator, bounding_box  # noqa: E402
 from liquid_splash_addon.core.generator.latent import draw_latent  # noqa: E402
+from liquid_splash_addon.core.generator.loading import load_generator  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import (  # noqa: E402
+    PatchClassifier,
+    load_patch_classifier,
+    save_patch_classifier,
+)
 from liquid_splash_addon.core.generator.pixel_shuffle import pixel_shuffle  # noqa: E402
 from liquid_splash_addon.core.generator.precision import is_usable  # noqa: E402
 from liquid_splash_addon.core.generator.sparse import (  # noqa: E402
-    Crossed,
+    SparseCondition,
+    block_means,
     closeness,
-    crossed_cells,
     diffused_velocity,
     halved,
-    in_blocks,
     nearness,
-    patches,
+    sparse_condition,
+    strided_stem,
 )
 from liquid_splash_addon.core.generator.splash_unet import Draft, NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.generator.weights_file import (  # noqa: E402
     WeightsError,
     default_weights_path,
-    load_generator,
     save_weights,
 )
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
-from liquid_splash_addon.core.liquid.fields import AIR, settle  # noqa: E402
-from tests.core.sketching import fan, sparse  # noqa: E402
+from liquid_splash_addon.core.liquid.fields import AIR, clip_to_band  # noqa: E402
+from tests.core.sketching import condition_of, fan, sparse  # noqa: E402
 
 SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 HEADER = {
@@ -70,7 +74,7 @@ def random_condition(cells, share=0.01):
     place = torch.rand(1, 3, *shape[2:], generator=rng) - 0.5
     strokes = crossed * torch.cat([torch.ones(shape), velocity, place], dim=1)
     spanned = (torch.rand(shape, generator=rng) < 4 * share).float()
-    spans = torch.rand(1, CHANNELS - SPANS, *shape[2:], generator=rng) - 0.5
+    spans = torch.rand(1, CHANNELS - PATCH_CLOSENESS, *shape[2:], generator=rng) - 0.5
     spans[:, :3] += 0.5
     return torch.cat([strokes, spanned * spans], dim=1)
 
@@ -109,7 +113,7 @@ def test_latent_zero_is_the_deterministic_answer():
 
 
 def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
-    network, x = small_network(), crossed_cells(random_condition(16))
+    network, x = small_network(), sparse_condition(random_condition(16))
     with torch.no_grad():
         far = closeness(torch.full((1, 1, 16, 16, 16), 100.0), 0.006)
         near = closeness(torch.full((1, 1, 16, 16, 16), -1.0), 0.006)
@@ -120,13 +124,20 @@ def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
 
 def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
     x = torch.zeros(1, CHANNELS, 4, 4, 4)
-    x[0, :SPANS, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
-    x[0, :SPANS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
-    x[0, SPANS:, 1, 1, 0] = torch.tensor([0.5, 1.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5])
-    x[0, SPANS:, 1, 0, 0] = torch.tensor([0.25, 0.0, 0.75, 0.0, 0.25, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5])
-    half = halved(crossed_cells(x)).dense()
+    x[0, :PATCH_CLOSENESS, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
+    x[0, :PATCH_CLOSENESS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
+    x[0, PATCH_CLOSENESS:, 1, 1, 0] = torch.tensor(
+        [0.5, 1.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5]
+    )
+    x[0, PATCH_CLOSENESS:, 1, 0, 0] = torch.tensor(
+        [0.25, 0.0, 0.75, 0.0, 0.25, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5]
+    )
+    half = halved(sparse_condition(x)).dense()
     # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
-    strokes, spans = half[0, :SPANS, 0, 0, 0].tolist(), half[0, SPANS:, 0, 0, 0].tolist()
+    strokes, spans = (
+        half[0, :PATCH_CLOSENESS, 0, 0, 0].tolist(),
+        half[0, PATCH_CLOSENESS:, 0, 0, 0].tolist(),
+    )
     assert strokes == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
     # Of the spans: (1/2, 1/4, -1/2) and (1/2, -1/4, 0).
     assert spans == pytest.approx([0.375, 0.5, 0.5, 0.25, 0.5, 1, 1, 2, 0.5, 0, -0.25])
@@ -135,7 +146,7 @@ def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
 
 def test_crossed_cells_are_the_whole_condition():
     x = random_condition(16, 0.05)
-    crossed = crossed_cells(x)
+    crossed = sparse_condition(x)
     assert torch.equal(crossed.dense(), x)
     box = (slice(2, 10), slice(0, 16), slice(5, 16))
     assert torch.equal(crossed.part(box).dense(), x[:, :, 2:10, :, 5:16])
@@ -143,11 +154,13 @@ def test_crossed_cells_are_the_whole_condition():
 
 def velocities(crossed):
     """Return the velocities of strokes and spans, ``(n, 2, 3)``."""
-    return torch.stack([crossed.values[:, which] for which in (VELOCITY, SPANS_VELOCITY)], dim=1)
+    return torch.stack(
+        [crossed.values[:, which] for which in (STROKE_VELOCITY, PATCH_VELOCITY)], dim=1
+    )
 
 
 def test_only_fast_strokes_are_shortened_and_keep_their_direction():
-    crossed = crossed_cells(random_condition(16, 0.05))
+    crossed = sparse_condition(random_condition(16, 0.05))
     velocity, scaled = (velocities(c) for c in (crossed, crossed.scaled(5.0, 1.5)))
     speed = velocity.norm(dim=2, keepdim=True)
     assert (speed > 1.5).any() and (speed < 1.5).any()
@@ -166,21 +179,23 @@ def test_patches_of_few_cells_are_the_convolution_of_all():
     total = torch.rand(1, stem.out_channels, 8, 8, 8)
     with torch.no_grad():
         for given in (total, total.contiguous(memory_format=torch.channels_last_3d)):
-            seen = patches(stem, crossed_cells(x), given.clone())
+            seen = strided_stem(stem, sparse_condition(x), given.clone())
             assert torch.allclose(seen, stem(x) + total, atol=1e-5)
-    patches(stem, crossed_cells(x), total).square().sum().backward()
+    strided_stem(stem, sparse_condition(x), total).square().sum().backward()
     few = stem.weight.grad.clone()
     stem.weight.grad = None
     (stem(x) + total).square().sum().backward()
     assert torch.allclose(few, stem.weight.grad, rtol=1e-4, atol=1e-4)
     with torch.no_grad():
-        assert torch.equal(patches(stem, crossed_cells(torch.zeros_like(x)), total.clone()), total)
+        assert torch.equal(
+            strided_stem(stem, sparse_condition(torch.zeros_like(x)), total.clone()), total
+        )
 
 
 def test_the_draft_begins_as_one_convolution_of_all_it_sees():
     draft, x = small_network().coarse, random_condition(16, 0.05)
-    crossed, obstacle = crossed_cells(x), torch.rand(1, 1, 16, 16, 16)
-    blocks = in_blocks(crossed)
+    crossed, obstacle = sparse_condition(x), torch.rand(1, 1, 16, 16, 16)
+    blocks = block_means(crossed)
     assert torch.allclose(blocks, torch.nn.functional.avg_pool3d(x[:, :4], 2), atol=1e-6)
     flow, near = diffused_velocity(blocks), nearness(blocks)
     assert flow.shape == (1, 3, 16, 16, 16) and near.shape == (1, 2, 16, 16, 16)
@@ -193,29 +208,31 @@ def test_the_draft_begins_as_one_convolution_of_all_it_sees():
 
 def test_a_draft_sees_the_same_strokes_as_the_full_result():
     strokes = fan()
-    fine, coarse = (rasterize(strokes, Grid.local(n)) for n in (128, 64))
-    half, coarse = halved(Crossed.of(fine)).dense()[0].numpy(), coarse.dense()
+    fine, coarse = (condition_of(strokes, Grid.local(n)) for n in (128, 64))
+    half, coarse = halved(SparseCondition.of(fine)).dense()[0].numpy(), coarse.dense()
     assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
-    speed = np.abs(coarse[VELOCITY]).max()
+    speed = np.abs(coarse[STROKE_VELOCITY]).max()
     crossed = coarse[:1] > 0
-    assert np.abs(half[VELOCITY] - coarse[VELOCITY]).mean(where=crossed) < 0.05 * speed
-    assert np.abs(half[PLACE] - coarse[PLACE]).mean(where=crossed) < 0.05
-    spanned = coarse[SPANS : SPANS + 1] > 0
-    assert np.array_equal(half[SPANS] > 0, coarse[SPANS] > 0) and spanned.any()
-    assert np.abs(half[SPANS:] - coarse[SPANS:]).mean(where=spanned) < 0.05
+    assert (
+        np.abs(half[STROKE_VELOCITY] - coarse[STROKE_VELOCITY]).mean(where=crossed) < 0.05 * speed
+    )
+    assert np.abs(half[STROKE_OFFSET] - coarse[STROKE_OFFSET]).mean(where=crossed) < 0.05
+    spanned = coarse[PATCH_CLOSENESS : PATCH_CLOSENESS + 1] > 0
+    assert np.array_equal(half[PATCH_CLOSENESS] > 0, coarse[PATCH_CLOSENESS] > 0) and spanned.any()
+    assert np.abs(half[PATCH_CLOSENESS:] - coarse[PATCH_CLOSENESS:]).mean(where=spanned) < 0.05
 
 
 def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
     x = random_condition(32)
-    x[:, VELOCITY] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
-    flow = diffused_velocity(in_blocks(crossed_cells(x)))
+    x[:, STROKE_VELOCITY] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
+    flow = diffused_velocity(block_means(sparse_condition(x)))
     assert torch.allclose(flow, torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1), atol=1e-3)
 
 
 def test_details_of_a_part_are_those_of_the_whole():
     network, x = small_network(), random_condition(128, 0.001)
     with torch.no_grad():
-        crossed = crossed_cells(x)
+        crossed = sparse_condition(x)
         draft = network.draft(halved(crossed))
         whole = network.detail(crossed, draft)
         part = Draft(draft.output[..., 8:56, 8:56, 8:56], draft.features[..., 4:28, 4:28, 4:28])
@@ -285,6 +302,42 @@ def test_bad_weights_files_say_what_to_do(tmp_path):
         load_generator(tmp_path / "missing")
 
 
+def test_weights_of_other_trainings_are_refused_together(tmp_path):
+    """A generator is shown its own classifier's verdicts, from beside it or the bundled one."""
+    path = tmp_path / "w.safetensors"
+    classifier = PatchClassifier()
+    beside = tmp_path / "patch_classifier.safetensors"
+    save_patch_classifier(classifier, beside, {"figures": {}})
+    own = load_patch_classifier(beside).weights_hash
+    save_weights(small_network(), {**HEADER, "patch_classifier_hash": own}, path)
+    assert load_generator(path, "CPU").classifier.weights_hash == own
+    # What is written into the header later changes nothing.
+    save_patch_classifier(classifier, beside, {"figures": {"auc": 0.8}})
+    assert load_generator(path, "CPU").classifier.weights_hash == own
+    beside.unlink()
+    with pytest.raises(WeightsError, match="another patch classifier"):
+        load_generator(path, "CPU")
+    # Weights from before the classifier's tensors were hashed still load.
+    save_weights(small_network(), HEADER, path)
+    assert load_generator(path, "CPU").classifier.weights_hash
+
+
+@pytest.mark.parametrize("name", ["input_channels", "output_channels"])
+def test_weights_for_other_channels_are_refused(tmp_path, name):
+    path = tmp_path / "w.safetensors"
+    save_weights(small_network(), HEADER, path)
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    head = json.loads(data[8 : 8 + size])
+    header = json.loads(head["__metadata__"]["header"])
+    header[name][0] = "colour"
+    head["__metadata__"]["header"] = json.dumps(header)
+    other = json.dumps(head).encode()
+    path.write_bytes(len(other).to_bytes(8, "little") + other + data[8 + size :])
+    with pytest.raises(WeightsError, match=name.replace("_", " ")):
+        load_generator(path)
+
+
 def test_bundled_weights_fit_the_grid_and_the_size_limit():
     generator = load_generator(device="CPU")
     assert generator.header["local_spacing"] == LOCAL_SPACING
@@ -307,7 +360,7 @@ def test_full_result_is_the_whole_network_where_there_may_be_liquid():
     condition = random_condition(128, 0.001)[0].numpy()
     fields = Generator(network, HEADER, "", "cpu").generate(sparse(condition), Grid.local())
     scaled = torch.from_numpy(condition)[None].clone()
-    for which in (VELOCITY, SPANS_VELOCITY):
+    for which in (STROKE_VELOCITY, PATCH_VELOCITY):
         scaled[:, which] /= 5.0
     with torch.no_grad():
         expected = torch.sigmoid(network(scaled)[0, 0]).numpy()
@@ -371,7 +424,7 @@ def test_distance_agrees_with_occupancy():
     rng = np.random.default_rng(0)
     occupancy = rng.random((8, 8, 8), dtype=np.float32)
     distance = rng.uniform(-3, 3, (8, 8, 8)).astype(np.float32)
-    fields = settle(
+    fields = clip_to_band(
         occupancy, distance, np.ones((3, 8, 8, 8), np.float32), Grid((8,) * 3, 1, (0,) * 3)
     )
     assert ((fields.distance < 0) == (occupancy > 0.5)).all()

@@ -10,8 +10,8 @@ from liquid_splash_addon.core.composition import model as models
 from liquid_splash_addon.core.composition.model import Composer, Part, copies, free_drops
 from liquid_splash_addon.core.composition.placement import CompositionError, Placed
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.liquid.level_set import Liquid
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh
+from liquid_splash_addon.core.liquid.level_set import LevelSet
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.refinement.drop_meshes import DropCloud
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.settings import ModelSettings
@@ -48,7 +48,7 @@ def ball(name="ball", centre=(0.3, 0.1, 0.0), radius=0.1, scale=1.0, cloud=None)
     level = ((away - radius) / GRID.spacing).astype(np.float32)
     flow = np.broadcast_to(np.float32([1, 0, 0])[:, None, None, None], (3, *GRID.shape)).copy()
     frame = Frame(np.eye(3), np.array(centre, dtype=float), scale)
-    return Part(name, Placed(Liquid(level, flow, GRID), frame), cloud or DropCloud.empty())
+    return Part(name, Placed(LevelSet(level, flow, GRID), frame), cloud or DropCloud.empty())
 
 
 def test_copies_stand_at_mirrors_and_around_the_axis():

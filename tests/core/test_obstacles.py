@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.liquid.level_set import Liquid
-from liquid_splash_addon.core.mesh.marching_cubes import level_surface, sample_field
+from liquid_splash_addon.core.liquid.level_set import LevelSet
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.numeric.trilinear import sample_field
 from liquid_splash_addon.core.obstacles.contact import normals, push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
     CLOSE,
@@ -38,11 +39,11 @@ def flow(direction=(1.0, 0.0, 0.0)) -> np.ndarray:
     return np.broadcast_to(np.float32(direction)[:, None, None, None], (3, *GRID.shape)).copy()
 
 
-def slab(thickness=8.0, direction=(1.0, 0.0, 0.0)) -> Liquid:
+def slab(thickness=8.0, direction=(1.0, 0.0, 0.0)) -> LevelSet:
     """Return a sheet across the grid, ``thickness`` cells thick."""
     height = GRID.centres()[..., 2] / CELL
     level = np.abs(height) - thickness / 2
-    return Liquid(level.astype(np.float32), flow(direction), GRID)
+    return LevelSet(level.astype(np.float32), flow(direction), GRID)
 
 
 def off(distance, true, band, within=1.9):

@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("torch")
 
-from liquid_splash_addon.core.generator.weights_file import load_generator
-from liquid_splash_addon.core.pipeline import Cancelled, make_splash
+from liquid_splash_addon.core.generator.loading import load_generator
+from liquid_splash_addon.core.pipeline import make_splash
+from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch

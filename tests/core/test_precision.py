@@ -10,13 +10,13 @@ torch = pytest.importorskip("torch")
 from torch import nn  # noqa: E402
 
 from liquid_splash_addon.core.generator import int8_conv, precision  # noqa: E402
+from liquid_splash_addon.core.generator.layers import convolution  # noqa: E402
 from liquid_splash_addon.core.generator.precision import (  # noqa: E402
     PRECISIONS,
     fastest_in_use,
     is_usable,
     prepare,
 )
-from liquid_splash_addon.core.generator.splash_unet import convolution  # noqa: E402
 
 needs_eight_bits = pytest.mark.skipif(
     not (torch.backends.mkldnn.is_available() and hasattr(torch.ops.onednn, "qconv3d_pointwise")),

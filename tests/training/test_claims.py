@@ -15,11 +15,12 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.voxelize import rasterize
-from liquid_splash_addon.core.generator.weights_file import load_generator
+from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
+from liquid_splash_addon.core.condition.voxelize import voxelize
+from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import Fields
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.sketch.local_frame import Frame, fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
 from training.data.recorded import read_recording
@@ -151,7 +152,7 @@ def test_every_template_is_nearest_to_itself(area):
 def test_a_letter_of_liquid_is_read_as_itself(letter):
     strokes = [Stroke(d.points, np.ones_like(d.points)) for d in letter_drawings(letter)]
     frame, grid = fit_frame(strokes, SIZE), Grid.local(64)
-    drawn = rasterize(frame.strokes_to_local(strokes), grid).drawn
+    drawn = voxelize(frame.strokes_to_local(strokes), grid, PatchSamples.none()).drawn
     liquid = fields_of(distance_transform_edt(~drawn) - 1.8, grid)
     seen = shapes.seen_liquid(liquid, frame, PAGE_FRAME, letter_page(64)).any(axis=2)
     assert read_letter(seen) == letter

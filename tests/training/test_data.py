@@ -9,11 +9,12 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.voxelize import SPANS, VELOCITY  # noqa: E402
-from liquid_splash_addon.core.generator.sparse import Crossed, halved  # noqa: E402
+from liquid_splash_addon.core.condition.channels import PATCH_CLOSENESS, STROKE_VELOCITY  # noqa: E402
+from liquid_splash_addon.core.generator.sparse import SparseCondition, halved  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
 from liquid_splash_addon.core.liquid.fields import AIR  # noqa: E402
-from liquid_splash_addon.core.pipeline import Cancelled, make_splash  # noqa: E402
+from liquid_splash_addon.core.pipeline import make_splash  # noqa: E402
+from liquid_splash_addon.core.progress import Cancelled  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.sketch.local_frame import fit_frame  # noqa: E402
 from training.data.dataset import augmented_frame, held_out_sample, load_items, samples_on, split_of  # noqa: E402
@@ -143,7 +144,7 @@ def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path, cells: in
     sample = samples_on(item.load(), item.spacing, strokes, fit_frame(strokes), [recorder.grid])[0]
     assert sample.condition.values.tobytes() == recorder.condition.values.tobytes()
     assert sample.condition.where.tobytes() == recorder.condition.where.tobytes()
-    assert sample.condition.values[:, 0].any() and sample.condition.values[:, SPANS].any()
+    assert sample.condition.values[:, 0].any() and sample.condition.values[:, PATCH_CLOSENESS].any()
 
 
 def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
@@ -153,7 +154,7 @@ def test_strokes_lie_in_the_liquid_of_their_sample(toy_data: Path):
         assert np.median(sample.distance[crossed]) < 0
         assert (sample.distance[crossed] < 1.5).mean() > 0.95
         wet = crossed & (sample.distance < 0)
-        drawn, there = sample.condition.dense()[VELOCITY, wet], sample.velocity[:, wet]
+        drawn, there = sample.condition.dense()[STROKE_VELOCITY, wet], sample.velocity[:, wet]
         cosine = (drawn * there).sum(0) / (
             np.linalg.norm(drawn, axis=0) * np.linalg.norm(there, axis=0)
         )
@@ -205,7 +206,7 @@ def test_the_part_is_where_the_lesson_says(toy_data: Path):
         lesson = lessons[number]
         assert all(s % 4 == 0 for s in lesson.start)
         here = tuple(slice(s // 2, s // 2 + 16) for s in lesson.start)
-        half = halved(Crossed.of(lesson.part.condition)).dense()[0].numpy()
+        half = halved(SparseCondition.of(lesson.part.condition)).dense()[0].numpy()
         seen = lesson.box.condition.dense()[(slice(None), *here)]
         assert np.array_equal(seen[0], half[0])
         wet = (lesson.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))

@@ -9,8 +9,8 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("tqdm")
 
-from liquid_splash_addon.core.condition.patches.features import SpanGraph  # noqa: E402
-from liquid_splash_addon.core.generator.patch_classifier import load_judge  # noqa: E402
+from liquid_splash_addon.core.condition.patches.features import PatchGraph  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import load_patch_classifier  # noqa: E402
 from training.data.dataset import load_items  # noqa: E402
 from training.learning import train_patches  # noqa: E402
 from training.learning.patch_samples import SpanLesson, span_lesson, span_lessons  # noqa: E402
@@ -28,7 +28,7 @@ def chain(count: int, rng: np.random.Generator) -> SpanLesson:
     beside = np.concatenate([marked[1:], [False]]) | np.concatenate([[False], marked[:-1]])
     numbers = np.arange(count)
     corners = numbers[:, None] + np.arange(3)
-    graph = SpanGraph(
+    graph = PatchGraph(
         knots.astype(np.float32),
         triangles.astype(np.float32),
         corners,
@@ -87,6 +87,10 @@ def test_the_command_trains_and_writes_a_judge(toy_data: Path, run_command, tmp_
     assert run_command(train_patches.main, *arguments) == 0
     assert '"auc"' in capsys.readouterr().out
     lessons = span_lessons(load_items(toy_data, "validation"), [None], 1)
-    assert 0 < figures_of(lessons, lambda x: load_judge(out).judge(x.graph)[:, 0])["auc"] <= 1
+    assert (
+        0
+        < figures_of(lessons, lambda x: load_patch_classifier(out).judge(x.graph)[:, 0])["auc"]
+        <= 1
+    )
     assert run_command(train_patches.main, tmp_path / "nothing", "--out", out) == 1
     assert "training.simulate" in capsys.readouterr().err

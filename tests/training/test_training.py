@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Training, evaluation and export at toy size."""
 
-import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -11,12 +10,12 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.voxelize import CHANNELS  # noqa: E402
+from liquid_splash_addon.core.condition.channels import CHANNELS  # noqa: E402
 from liquid_splash_addon.core.generator.latent import candidates, latent_shape  # noqa: E402
-from liquid_splash_addon.core.generator.patch_classifier import judge_path  # noqa: E402
-from liquid_splash_addon.core.generator.sparse import crossed_cells  # noqa: E402
+from liquid_splash_addon.core.generator.loading import load_generator  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import load_patch_classifier  # noqa: E402
+from liquid_splash_addon.core.generator.sparse import sparse_condition  # noqa: E402
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork  # noqa: E402
-from liquid_splash_addon.core.generator.weights_file import load_generator  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from training.data.dataset import load_items  # noqa: E402
 from training.data.stream import Lessons, Wish, stream  # noqa: E402
@@ -122,7 +121,7 @@ def test_best_of_several_latents_is_trained(batches):
     learner, batch = toy_learner(candidates=4, deterministic=0.0), batches[0]
     for modulation in learner.network.coarse.modulations:
         modulation.shift.weight.data.mul_(30)
-    encoding = learner.network.coarse.encode(crossed_cells(batch.condition), batch.obstacle)
+    encoding = learner.network.coarse.encode(sparse_condition(batch.condition), batch.obstacle)
     before = learner.random.get_state()
     best = learner.choose_latent(encoding, batch, 1.0)
     learner.random.set_state(before)
@@ -225,7 +224,7 @@ def test_scaled_latents_do_what_smaller_ones_did():
             parameter.add_(0.1 * torch.randn(parameter.shape))
     condition = torch.zeros(1, CHANNELS, 32, 32, 32)
     condition[:, :4, 8:20, 16, 16] = 1
-    crossed = crossed_cells(condition)
+    crossed = sparse_condition(condition)
     latent = torch.randn(1, *latent_shape(SHAPE))
     with torch.no_grad():
         plain, expected = (network.draft(crossed, z).output for z in (None, 0.5 * latent))
@@ -251,9 +250,10 @@ def test_published_figures_are_those_of_the_bundled_weights_and_beat_the_baselin
         assert rows["ours"]["iou"] > max(rows[name]["iou"] for name in BASELINES)
 
 
-def test_the_bundled_generator_was_shown_what_the_bundled_judge_says():
-    judge = hashlib.sha256(judge_path().read_bytes()).hexdigest()
-    assert load_generator(device="CPU").header["spans_hash"] == judge
+def test_the_bundled_generator_was_shown_what_the_bundled_classifier_says():
+    generator = load_generator(device="CPU")
+    assert generator.classifier.weights_hash == load_patch_classifier().weights_hash
+    assert generator.header["patch_classifier_hash"] == generator.classifier.weights_hash
 
 
 def test_default_size_is_the_median_of_training():

@@ -12,11 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from liquid_splash_addon.core.condition.patches.gabriel import span
-from liquid_splash_addon.core.condition.voxelize import Condition, rasterize
-from liquid_splash_addon.core.fluid.streamlines import trilinear, velocity_at
+from liquid_splash_addon.core.condition.voxelize import Condition, voxelize
+from liquid_splash_addon.core.generator.patch_classifier import (
+    bundled_patch_classifier,
+    patch_samples,
+)
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR
+from liquid_splash_addon.core.numeric.trilinear import trilinear, velocity_at
 from liquid_splash_addon.core.sketch.local_frame import NEAR_EQUAL, Frame, fit_frame, principal_axes
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
@@ -144,9 +147,9 @@ def samples_on(
     Strokes are in metres; they become a condition by the add-on's own path, with gain 1.
     """
     local = frame.strokes_to_local(strokes)
-    spans = span(local)
+    patches = patch_samples(local, bundled_patch_classifier())
     return [
-        Sample(rasterize(local, grid, spans), *resample(stored, spacing, frame, grid), grid)
+        Sample(voxelize(local, grid, patches), *resample(stored, spacing, frame, grid), grid)
         for grid in grids
     ]
 

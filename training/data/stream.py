@@ -12,7 +12,7 @@ import torch
 from torch.nn import functional as F
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from liquid_splash_addon.core.condition.voxelize import SPANS_VELOCITY, VELOCITY
+from liquid_splash_addon.core.condition.channels import PATCH_VELOCITY, STROKE_VELOCITY
 from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.sketch.local_frame import Frame, fit_frame
@@ -171,7 +171,7 @@ def stream(
 def stack(samples: Sequence[Sample]) -> Cells:
     """Return samples of one shape as tensors."""
     condition = torch.from_numpy(np.stack([s.condition.dense() for s in samples]))
-    for which in (VELOCITY, SPANS_VELOCITY):
+    for which in (STROKE_VELOCITY, PATCH_VELOCITY):
         condition[:, which] /= VELOCITY_SCALE
     return Cells(
         condition.contiguous(memory_format=torch.channels_last_3d),

@@ -16,8 +16,9 @@ from tqdm import tqdm
 from liquid_splash_addon.core.condition.voxelize import Condition
 from liquid_splash_addon.core.generator.generator import Generator
 from liquid_splash_addon.core.generator.latent import draw_latent
+from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.generator.precision import PRECISIONS
-from liquid_splash_addon.core.generator.weights_file import default_weights_path, load_generator
+from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.liquid.fields import Fields
 

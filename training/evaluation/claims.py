@@ -20,7 +20,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from liquid_splash_addon.core.generator.weights_file import default_weights_path, load_generator
+from liquid_splash_addon.core.generator.loading import load_generator
+from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.grid import LOCAL_SPACING
 from liquid_splash_addon.core.sketch.drawing import Drawing
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from liquid_splash_addon.core.condition.voxelize import outside_share, rasterize
+from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
+from liquid_splash_addon.core.condition.voxelize import outside_share, voxelize
 from liquid_splash_addon.core.generator.generator import Generator
 from liquid_splash_addon.core.grid import LOCAL_SPACING
 from liquid_splash_addon.core.pipeline import Splash, make_splash
@@ -83,7 +84,7 @@ def local_lines(drawings: Sequence[Drawing], splash: Splash) -> list[Stroke]:
 
 def stroke_cells(drawings: Sequence[Drawing], splash: Splash) -> np.ndarray:
     """Return the cells of the splash's grid that drawings cross, bool ``(X, Y, Z)``."""
-    return rasterize(local_lines(drawings, splash), splash.fields.grid).drawn
+    return voxelize(local_lines(drawings, splash), splash.fields.grid, PatchSamples.none()).drawn
 
 
 def silhouette(splash: Splash) -> np.ndarray:

@@ -10,9 +10,10 @@ from numba import njit
 from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from liquid_splash_addon.core.fluid.streamlines import trilinear
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
-from liquid_splash_addon.core.mesh.marching_cubes import LEVEL_BAND, LEVEL_SPREAD, surface_level
+from liquid_splash_addon.core.liquid.level_set import surface_level
+from liquid_splash_addon.core.mesh.marching_cubes import LEVEL_BAND, LEVEL_SPREAD
+from liquid_splash_addon.core.numeric.trilinear import trilinear
 
 from ..scenes.obstacles import NOTHING, Obstacle, world_distance
 

@@ -7,7 +7,6 @@ python -m training.export RUN --data DATA
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import sys
 from collections.abc import Sequence
@@ -18,13 +17,10 @@ import numpy as np
 import torch
 
 from liquid_splash_addon.core.generator.generator import Generator
-from liquid_splash_addon.core.generator.patch_classifier import judge_path
+from liquid_splash_addon.core.generator.loading import load_generator
+from liquid_splash_addon.core.generator.patch_classifier import bundled_patch_classifier
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork
-from liquid_splash_addon.core.generator.weights_file import (
-    default_weights_path,
-    load_generator,
-    save_weights,
-)
+from liquid_splash_addon.core.generator.weights_file import default_weights_path, save_weights
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 
 from ..data.dataset import Item, choose, held_out_sample, load_items, scenes_digest
@@ -120,13 +116,9 @@ def main() -> int:
         "local_cells": LOCAL_CELLS,
         "local_spacing": LOCAL_SPACING,
         "velocity_scale": VELOCITY_SCALE,
-        "channels": {
-            "in": ["occupancy", "velocity", "place", "spans", "obstacle"],
-            "out": ["logit", "distance", "velocity"],
-        },
         "thresholds": {"draft": 0.5, "detail": 0.5},
         "data_hash": scenes_digest(training).hexdigest(),
-        "spans_hash": hashlib.sha256(judge_path().read_bytes()).hexdigest(),
+        "patch_classifier_hash": bundled_patch_classifier().weights_hash,
         "steps": state["steps"],
         "minutes": round(state["seconds"] / 60, 1),
         "training": state["training"],

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from tqdm import tqdm
 
-from liquid_splash_addon.core.condition.patches.features import SpanGraph, graph_of
-from liquid_splash_addon.core.condition.patches.gabriel import knots_of, patches_of
-from liquid_splash_addon.core.condition.patches.sampling import fill
+from liquid_splash_addon.core.condition.patches.features import PatchGraph, patch_graph
+from liquid_splash_addon.core.condition.patches.gabriel import find_patches, sample_points_of
+from liquid_splash_addon.core.condition.patches.sampling import sample_patches
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
@@ -32,7 +32,7 @@ class SpanLesson(NamedTuple):
     that lies in liquid, and within a cell of it; samples : float32 ``(m,)``, how many there are.
     """
 
-    graph: SpanGraph
+    graph: PatchGraph
     inside: np.ndarray
     near: np.ndarray
     samples: np.ndarray
@@ -50,19 +50,19 @@ def span_lesson(item: Item, sketch: int | None) -> SpanLesson | None:
         rng = np.random.default_rng([item.seed, item.number, sketch])
         strokes = draw_sketch(item, stored, rng)
     frame, grid = fit_frame(strokes), Grid.local()
-    knots = knots_of(frame.strokes_to_local(strokes))
-    patches = patches_of(knots)
+    knots = sample_points_of(frame.strokes_to_local(strokes))
+    patches = find_patches(knots)
     count = len(patches.triangles)
     if not count:
         return None
     distance, _ = resample(stored, item.spacing, frame, grid)
-    points, values = fill(knots, patches, np.arange(count, dtype=np.float64)[:, None])
+    points, values = sample_patches(knots, patches, np.arange(count, dtype=np.float64)[:, None])
     depth = map_coordinates(distance, grid.to_cells(points).T - 0.5, order=1, mode="nearest")
     which = values[:, 0].astype(int)
     samples = np.bincount(which, minlength=count)
     shares = [np.bincount(which, depth < most, count) / samples for most in (0.0, 1.0)]
     return SpanLesson(
-        graph_of(knots, patches),
+        patch_graph(knots, patches),
         *(part.astype(np.float32) for part in (*shares, samples)),
     )
 

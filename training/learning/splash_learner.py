@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from liquid_splash_addon.core.generator.latent import candidates
-from liquid_splash_addon.core.generator.sparse import crossed_cells
+from liquid_splash_addon.core.generator.sparse import sparse_condition
 from liquid_splash_addon.core.generator.splash_unet import (
     Draft,
     Encoding,
@@ -72,7 +72,7 @@ class SplashLearner(Learner):
         """Train on one batch; see :class:`Learner`. Losses: 'loss', 'draft', 'detail'."""
         batch = batch.to(self.device)
         with self.autocast():
-            encoding = self.network.coarse.encode(crossed_cells(batch.condition), batch.obstacle)
+            encoding = self.network.coarse.encode(sparse_condition(batch.condition), batch.obstacle)
             latent = self.choose_latent(encoding, batch, progress)
             draft = self.network.coarse.decode(encoding, latent)
             detail = self.detail(self.network, batch, draft)
@@ -103,7 +103,7 @@ class SplashLearner(Learner):
             cut(draft.output, batch.start // 2, size // 2),
             cut(draft.features, batch.start // 4, size // 4),
         )
-        output: Tensor = network.detail(crossed_cells(batch.detail.condition), part)
+        output: Tensor = network.detail(sparse_condition(batch.detail.condition), part)
         return output
 
     def choose_latent(self, encoding: Encoding, batch: Batch, progress: float) -> Tensor | None:
@@ -137,7 +137,7 @@ class SplashLearner(Learner):
         condition = batch.condition.to(self.device)
         with self.autocast():
             if condition.shape[-1] == self.grids[0]:
-                output = self.average.draft(crossed_cells(condition)).output.float()
+                output = self.average.draft(sparse_condition(condition)).output.float()
             else:
                 output = self.average(condition).float()
         return torch.cat([torch.sigmoid(output[:, :1]), output[:, 2:]], dim=1)

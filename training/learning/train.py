@@ -21,9 +21,9 @@ from typing import Any
 import torch
 from tqdm import tqdm
 
+from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.generator.precision import DTYPES, fastest_precision
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig
-from liquid_splash_addon.core.generator.weights_file import load_generator
 
 from ..data.dataset import Item, load_items
 from ..data.stream import Lessons, Wish, stream

@@ -23,10 +23,10 @@ from torch.nn import functional as F
 from tqdm import tqdm
 
 from liquid_splash_addon.core.generator.patch_classifier import (
-    Graph,
-    SpanJudge,
-    judge_path,
-    save_judge,
+    GraphTensors,
+    PatchClassifier,
+    patch_classifier_path,
+    save_patch_classifier,
 )
 
 from ..data.dataset import choose, load_items, scenes_digest
@@ -43,9 +43,9 @@ NEAR_WEIGHT = 0.3
 Figures = dict[str, float]
 
 
-def loss_of(judge: SpanJudge, lesson: SpanLesson) -> torch.Tensor:
+def loss_of(judge: PatchClassifier, lesson: SpanLesson) -> torch.Tensor:
     """Return the cross-entropy of both answers, each triangle by how many samples it has."""
-    logits = judge(Graph.of(lesson.graph))
+    logits = judge(GraphTensors.of(lesson.graph))
     weight = torch.from_numpy(lesson.samples / lesson.samples.sum())
     inside, near = (
         F.binary_cross_entropy_with_logits(
@@ -56,11 +56,15 @@ def loss_of(judge: SpanJudge, lesson: SpanLesson) -> torch.Tensor:
     return inside + NEAR_WEIGHT * near
 
 
-def new_judge(lessons: Sequence[SpanLesson]) -> SpanJudge:
+def new_judge(lessons: Sequence[SpanLesson]) -> PatchClassifier:
     """Return an untrained judge to which the features of these lessons are of variance 1."""
-    judge = SpanJudge()
-    for name in ("knots", "triangles"):
-        every = np.concatenate([getattr(lesson.graph, name) for lesson in lessons])
+    judge = PatchClassifier()
+    graphs = [lesson.graph for lesson in lessons]
+    for name, parts in (
+        ("knots", [graph.points for graph in graphs]),  # as the tensors are named
+        ("triangles", [graph.triangles for graph in graphs]),
+    ):
+        every = np.concatenate(parts)
         getattr(judge, f"mean_{name}").copy_(torch.from_numpy(every.mean(axis=0)))
         getattr(judge, f"scale_{name}").copy_(torch.from_numpy(every.std(axis=0) + 1e-3))
     return judge
@@ -68,7 +72,7 @@ def new_judge(lessons: Sequence[SpanLesson]) -> SpanJudge:
 
 def train(
     lessons: Sequence[SpanLesson], minutes: float, steps_in_all: int = 0, seed: int = 0
-) -> SpanJudge:
+) -> PatchClassifier:
     """Return a judge trained on ``lessons`` for so many minutes, its moving average.
 
     steps_in_all : ends the training after so many steps instead, if not 0.
@@ -124,10 +128,10 @@ def figures_of(lessons: Sequence[SpanLesson], score: Callable[[SpanLesson], np.n
     return tell_apart(scores, inside, samples)
 
 
-def report(judge: SpanJudge, lessons: Sequence[SpanLesson]) -> dict[str, Figures]:
+def report(judge: PatchClassifier, lessons: Sequence[SpanLesson]) -> dict[str, Figures]:
     """Return the figures of ``judge`` and of the radius alone."""
     return {
-        "judged": figures_of(lessons, lambda lesson: judge.judge(lesson.graph)[:, 0]),
+        "judged": figures_of(lessons, lambda lesson: judge.classify(lesson.graph)[:, 0]),
         "radius": figures_of(lessons, lambda lesson: -lesson.graph.triangles[:, 0]),
     }
 
@@ -138,7 +142,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("data", type=Path, help="directory of the data set")
-    parser.add_argument("--out", type=Path, default=judge_path())
+    parser.add_argument("--out", type=Path, default=patch_classifier_path())
     parser.add_argument("--minutes", type=float, default=15.0)
     parser.add_argument("--sketches", type=int, default=2, help="of each training frame")
     parser.add_argument("--most", type=int, default=200, help="validation frames at the most")
@@ -155,7 +159,7 @@ def main() -> int:
     judge = train(span_lessons(items, range(args.sketches), args.workers), args.minutes)
     figures = report(judge, span_lessons(held_out, [None], args.workers))
     about = {"figures": figures, "data_hash": scenes_digest(items).hexdigest()}
-    save_judge(judge, args.out, {"header": json.dumps(about)})
+    save_patch_classifier(judge, args.out, {"header": json.dumps(about)})
     print(json.dumps(figures, indent=1))
     return 0
 

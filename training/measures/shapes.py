@@ -12,7 +12,9 @@ from skimage.measure import euler_number
 
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
-from liquid_splash_addon.core.mesh.marching_cubes import LEVEL_BAND, Mesh, surface_level
+from liquid_splash_addon.core.liquid.level_set import surface_level
+from liquid_splash_addon.core.mesh.marching_cubes import LEVEL_BAND
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .metrics import iou

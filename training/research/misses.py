@@ -19,8 +19,8 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from tqdm import tqdm
 
-from liquid_splash_addon.core.condition.patches.gabriel import knots_of, patches_of
-from liquid_splash_addon.core.condition.patches.sampling import fill
+from liquid_splash_addon.core.condition.patches.gabriel import find_patches, sample_points_of
+from liquid_splash_addon.core.condition.patches.sampling import sample_patches
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
@@ -103,9 +103,9 @@ def spans_at_best(strokes: Sequence[Stroke], distance: np.ndarray, grid: Grid) -
 
     strokes : in local metres; distance : the truth on ``grid``, cells.
     """
-    knots = knots_of(strokes)
-    patches = patches_of(knots)
-    points, values = fill(knots, patches, patches.faces)
+    knots = sample_points_of(strokes)
+    patches = find_patches(knots)
+    points, values = sample_patches(knots, patches, patches.faces)
     where, normals = grid.to_cells(points), values[:, :3].astype(np.float64)
     wet = map_coordinates(distance, where.T - 0.5, order=1, mode="nearest") < 0
     middle = to_the_middle(distance, where, normals)

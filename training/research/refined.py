@@ -18,9 +18,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from liquid_splash_addon.core.generator.weights_file import default_weights_path, load_generator
+from liquid_splash_addon.core.generator.loading import load_generator
+from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from liquid_splash_addon.core.refinement.settings import (
     DropletSettings,

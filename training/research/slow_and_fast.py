@@ -14,11 +14,15 @@ from collections.abc import Sequence
 import numpy as np
 from tqdm import tqdm
 
-from liquid_splash_addon.core.condition.voxelize import rasterize
+from liquid_splash_addon.core.condition.voxelize import voxelize
+from liquid_splash_addon.core.generator.patch_classifier import (
+    bundled_patch_classifier,
+    patch_samples,
+)
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import Fields
+from liquid_splash_addon.core.liquid.shaping import shaped
 from liquid_splash_addon.core.mesh.marching_cubes import surface
-from liquid_splash_addon.core.pipeline import shaped
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
@@ -76,7 +80,8 @@ def answer_figures(
     answer: Answer, strokes: Sequence[Stroke], grid: Grid, settings: SplashSettings
 ) -> Row:
     """Return the figures of the answer to strokes in local metres, and of what the add-on makes."""
-    fields = answer.generate(rasterize(strokes, grid), grid)
+    patches = patch_samples(strokes, bundled_patch_classifier())
+    fields = answer.generate(voxelize(strokes, grid, patches), grid)
     row = figures(fields)
     after = figures(shaped(fields, strokes, settings))
     return row | {f"{name}, broken up": value for name, value in after.items()}

@@ -16,8 +16,9 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR
-from liquid_splash_addon.core.liquid.level_set import Liquid
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh, sample_field
+from liquid_splash_addon.core.liquid.level_set import LevelSet
+from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.numeric.trilinear import sample_field
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
 from liquid_splash_addon.core.refinement.stack import Refiner
 
@@ -35,7 +36,7 @@ def crossing_faces(mesh: Mesh) -> float:
     return float(meshes.current_mesh().selected_face_number() / max(len(mesh.faces), 1))
 
 
-def true_liquid(item: Item) -> Liquid:
+def true_liquid(item: Item) -> LevelSet:
     """Return the liquid of a stored frame, air around it."""
     frame = item.load()
     distance = np.pad(frame.signed_distance, 2, constant_values=AIR)
@@ -44,7 +45,7 @@ def true_liquid(item: Item) -> Liquid:
         velocity = np.repeat(velocity, 2, axis=axis)
     x, y, z = distance.shape
     grid = Grid((x, y, z), item.spacing, (0.0, 0.0, 0.0))
-    return Liquid(distance, np.pad(velocity, ((0, 0), (2, 2), (2, 2), (2, 2))), grid)
+    return LevelSet(distance, np.pad(velocity, ((0, 0), (2, 2), (2, 2), (2, 2))), grid)
 
 
 def measure(item: Item) -> dict[str, float]:

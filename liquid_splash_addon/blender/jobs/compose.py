@@ -25,9 +25,9 @@ from .generate import SceneError, check_writable
 
 if TYPE_CHECKING:
     from ...core.composition.model import Composed, Composer, Part
-    from ...core.mesh.marching_cubes import Mesh
+    from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
-    from ...core.pipeline import Report
+    from ...core.progress import Report
     from ...core.sketch.local_frame import Frame
 
 UNEVEN = 1e-3

@@ -30,9 +30,10 @@ from ..scene.targets import Target
 from . import dependencies, loaded_generator
 
 if TYPE_CHECKING:
-    from ...core.mesh.marching_cubes import Mesh
+    from ...core.composition.drops import Drops
+    from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
-    from ...core.pipeline import Drops, Report
+    from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
 
 

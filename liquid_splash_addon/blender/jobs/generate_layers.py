@@ -20,7 +20,7 @@ from . import generate, live
 from .generate import SceneError
 
 if TYPE_CHECKING:
-    from ...core.pipeline import Report
+    from ...core.progress import Report
 
 Choose = Callable[[SplashSettings], SplashSettings]
 

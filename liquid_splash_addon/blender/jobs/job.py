@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 if TYPE_CHECKING:
-    from ...core.pipeline import Report
+    from ...core.progress import Report
 
 STOP_SECONDS = 30.0
 """How long quitting or unregistering waits for the thread: the generator cannot be interrupted."""
@@ -54,7 +54,7 @@ class Job:
 
     def result(self) -> Any:
         """Return what the work returned, or raise what it raised; Cancelled after a cancel."""
-        from ...core.pipeline import Cancelled
+        from ...core.progress import Cancelled
 
         self.wait()
         if self._error is not None:
@@ -64,7 +64,7 @@ class Job:
         return self._result
 
     def _report(self, stage: str, fraction: float) -> None:
-        from ...core.pipeline import Cancelled
+        from ...core.progress import Cancelled
 
         if self.is_stopping:
             raise Cancelled

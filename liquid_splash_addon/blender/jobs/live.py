@@ -18,7 +18,7 @@ from .generate import by_uid
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:
-    from ...core.pipeline import Report
+    from ...core.progress import Report
 
 TICK = 0.03
 """Seconds between two looks at the thread."""
@@ -158,7 +158,7 @@ def _begin(item: bpy.types.Object, kind: Kind) -> None:
 
 
 def _collect(run: Run) -> None:
-    from ...core.pipeline import Cancelled
+    from ...core.progress import Cancelled
 
     try:
         outcome = run.job.result()

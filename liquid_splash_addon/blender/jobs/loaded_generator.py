@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ...core.generator.weights_file import Generator
+    from ...core.generator.generator import Generator
 
 _loaded: dict[tuple[Path, int, str, str], Generator] = {}
 
@@ -21,8 +21,9 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     Only the last one used is kept: two would share a small GPU badly. Not for two threads at
     once. Raises WeightsError, TorchMissingError.
     """
+    from ...core.generator.loading import load_generator, pick_device
     from ...core.generator.precision import fastest_in_use, is_usable
-    from ...core.generator.weights_file import default_weights_path, load_generator, pick_device
+    from ...core.generator.weights_file import default_weights_path
 
     path = path or default_weights_path()
     # A file that was replaced since is a new one.

@@ -22,9 +22,10 @@ from . import live
 from .generate import SceneError, check_writable, frame_from_text
 
 if TYPE_CHECKING:
-    from ...core.mesh.marching_cubes import Mesh
+    from ...core.composition.drops import Drops
+    from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
-    from ...core.pipeline import Drops, Report
+    from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
     from ...core.refinement.stack import Refiner
     from ...core.sketch.local_frame import Frame
@@ -109,11 +110,11 @@ def refiner_of(task: Task) -> Refiner:
 
 def compute(task: Task, report: Report) -> Outcome:
     """Refine; no bpy here. ValueError if the stored liquid is damaged."""
-    from ...core.pipeline import drops_to_drawing, to_drawing
+    from ...core.composition.drops import drops_to_drawing, mesh_to_drawing
 
     refined = refiner_of(task).refine(task.steps, report)
     return Outcome(
-        to_drawing(refined.mesh, task.frame),
+        mesh_to_drawing(refined.mesh, task.frame),
         drops_to_drawing(refined.cloud, task.frame),
         refined.gained,
         refined.warnings,

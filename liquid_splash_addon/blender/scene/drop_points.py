@@ -16,7 +16,7 @@ from .material import water_material
 from .mesh_object import flat
 
 if TYPE_CHECKING:
-    from ...core.pipeline import Drops
+    from ...core.composition.drops import Drops
 
 NAME = "Splash Drops"
 

@@ -13,7 +13,7 @@ from .grease_pencil import rigid_matrix
 from .material import water_material
 
 if TYPE_CHECKING:
-    from ...core.mesh.marching_cubes import Mesh
+    from ...core.mesh.mesh import Mesh
 
 FIELDS = "splash_fields"
 """Custom property of the mesh data block that holds the fields, compressed."""
@@ -48,7 +48,7 @@ def store_fields(data: bpy.types.Mesh, fields: bytes) -> None:
 
 def read_mesh(data: bpy.types.Mesh) -> Mesh:
     """Return the triangles of ``data``, without velocities."""
-    from ...core.mesh.marching_cubes import Mesh
+    from ...core.mesh.mesh import Mesh
 
     data.calc_loop_triangles()
     vertices = np.empty((len(data.vertices), 3), dtype=np.float32)

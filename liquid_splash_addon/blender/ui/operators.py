@@ -99,7 +99,7 @@ class SplashMaker:
 
     def collect(self, context: bpy.types.Context) -> set[str]:
         """End the modal state and write what the job made."""
-        from ...core.pipeline import Cancelled
+        from ...core.progress import Cancelled
 
         try:
             with leaving(self, context):

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..mesh.marching_cubes import Mesh
+from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
 from ..obstacles.obstacles import Obstacle, depth_of_points, digest
-from ..pipeline import Drops, drops_to_drawing, to_drawing
 from ..refinement.drop_meshes import DropCloud
 from ..refinement.settings import WaveSettings
 from ..refinement.waves import WaveMesh, prepare, propagate, wave_edge
 from ..settings import ModelSettings
 from ..sketch.local_frame import Frame
+from .drops import Drops, drops_to_drawing, mesh_to_drawing
 from .placement import Placed, mirrored, radial
 from .sparse_blocks import Blocks
 from .union import MOST_MEMORY, compose
 
 if TYPE_CHECKING:
-    from ..pipeline import Report
+    from ..progress import Report
 
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -181,7 +181,7 @@ def free_drops(
         kept = blocks.level_at(drops.positions) > 0
         kept &= clear_of_obstacles(drops.positions, blocks.grid.spacing, obstacles, offset)
         kept &= clear_of_drops(drops, found)
-        mesh = to_drawing(part.cloud.only(kept).mesh, frame)
+        mesh = mesh_to_drawing(part.cloud.only(kept).mesh, frame)
         if np.linalg.det(frame.axes) < 0:
             mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
         balls = balls.joined(mesh)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..liquid.level_set import Liquid
-from ..mesh.marching_cubes import Mesh
+from ..liquid.level_set import LevelSet
+from ..mesh.mesh import Mesh
 from ..sketch.local_frame import Frame
 
 MOST_COPIES = 360
@@ -31,7 +31,7 @@ class Placed:
         None takes the liquid's own
     """
 
-    liquid: Liquid
+    liquid: LevelSet
     frame: Frame
     mesh: Mesh | None = None
 

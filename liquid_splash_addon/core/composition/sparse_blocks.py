@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit
 
 from ..grid import Grid
-from ..liquid.level_set import Liquid
-from ..mesh.marching_cubes import Mesh, smooth
+from ..liquid.level_set import LevelSet
+from ..mesh.mesh import Mesh
+from ..mesh.taubin import taubin_smoothed
 from ..obstacles.obstacles import (
     BAND,
     SWALLOWED,
@@ -55,14 +56,14 @@ class Blocks:
         table[tuple((self.starts // SIDE + 1).T)] = np.arange(len(self.starts))
         return table
 
-    def whole(self) -> Liquid:
+    def whole(self) -> LevelSet:
         """Return the liquid on the whole grid: needs 16 bytes for every cell of it."""
         level = np.full(self.grid.shape, np.float32(self.air))
         velocity = np.zeros((3, *self.grid.shape), dtype=np.float32)
         for n, start in enumerate(self.starts):
             box = tuple(slice(s, s + SIDE) for s in start)
             level[box], velocity[:, *box] = self.level[n], self.velocity[n]
-        return Liquid(level, velocity, self.grid)
+        return LevelSet(level, velocity, self.grid)
 
     def carved(self, obstacles: Sequence[Obstacle], offset: float = 0.0) -> Blocks:
         """Return the liquid outside the obstacles; see :func:`obstacles.carve`."""
@@ -111,7 +112,7 @@ class Blocks:
         vertices, faces = self.marched()
         if not len(faces):
             return Mesh.empty()
-        cells = smooth(vertices, faces)
+        cells = taubin_smoothed(vertices, faces)
         velocities = np.zeros((len(cells), 3), dtype=np.float32)
         _sample(self.velocity, self.table(), cells, velocities)
         points = self.grid.to_metres(cells + 0.5).astype(np.float32)

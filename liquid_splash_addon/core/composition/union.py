@@ -11,10 +11,11 @@ from numba import njit
 
 from ..grid import Grid
 from ..liquid.fields import AIR
-from ..liquid.smooth_csg import united
-from ..mesh.marching_cubes import Mesh, level_surface
+from ..liquid.smooth_csg import smooth_union
+from ..mesh.marching_cubes import level_surface
+from ..mesh.mesh import Mesh
 from ..mesh.signed_distance import EXACT, bounds_of, distance_on_grid, relevant, winding_on_grid
-from ..pipeline import Report
+from ..progress import Report
 from ..sketch.local_frame import Frame
 from .placement import CompositionError, Placed
 from .sparse_blocks import SIDE, Blocks
@@ -96,7 +97,7 @@ def compose(
         # Only where splashes may blend do distances beyond AIR count.
         reach = band if len(here) > 1 else AIR
         levels = [block_level(shapes[m], place * SIDE, reach) for m in here]
-        union = np.minimum(united(levels, blend), np.float32(AIR))
+        union = np.minimum(smooth_union(levels, blend), np.float32(AIR))
         if union.min() < AIR:
             level[len(kept)] = union
             add_velocities([full[m][0] for m in here], levels, cell, place, velocity[len(kept)])

@@ -11,24 +11,18 @@ from numba import njit
 
 from ..grid import LOCAL_SPACING, Grid
 from ..sketch.strokes import Stroke, resampled_points
-from .patches.gabriel import Spans, span
-
-CHANNELS = 18
-VELOCITY, PLACE = slice(1, 4), slice(4, 7)
-SPANS = 7
-SPANS_VELOCITY, SPANS_PLACE = slice(12, 15), slice(15, 18)
-"""Channels of a condition. The first seven are of the strokes: occupancy, velocity, place; the
-others of the sheets that they span: closeness (0 where there is none), fairness, coherence, how
-likely they are in liquid and near it, velocity, place. The paper's condition has the first four."""
+from .channels import CHANNELS, PATCH, STROKE, STROKE_OCCUPANCY
+from .patches.sampling import PatchSamples
 
 TIGHT = 4
 """Power of the closeness by which the sheets in a cell are weighted: the closest prevails."""
 
 
 class Condition(NamedTuple):
-    """What strokes and their spans tell of a grid: of the cells that they cross, one in a hundred.
+    """What strokes and patches tell of a grid: only of the cells that they cross, one in a hundred.
 
-    where : int32 ``(n, 3)``, the cells; values : float32 ``(n, 18)``; shape : of the grid.
+    where : int32 ``(n, 3)``, the cells; values : float32 ``(n, 18)``, see ``channels``; shape :
+    of the grid.
     """
 
     where: np.ndarray
@@ -38,11 +32,11 @@ class Condition(NamedTuple):
     @property
     def drawn(self) -> np.ndarray:
         """Cells that strokes cross, bool ``(X, Y, Z)``."""
-        return self._marked(self.values[:, 0] > 0)
+        return self._marked(self.values[:, STROKE_OCCUPANCY] > 0)
 
     @property
     def crossed(self) -> np.ndarray:
-        """Cells that strokes or their spans cross, bool ``(X, Y, Z)``."""
+        """Cells that strokes or patches cross, bool ``(X, Y, Z)``."""
         return self._marked(slice(None))
 
     def _marked(self, which: np.ndarray | slice) -> np.ndarray:
@@ -51,37 +45,38 @@ class Condition(NamedTuple):
         return cells
 
     def dense(self) -> np.ndarray:
-        """Return all cells, float32 ``(18, X, Y, Z)``, zero where nothing crosses."""
+        """All cells, float32 ``(18, X, Y, Z)``, zero where nothing crosses."""
         cells = np.zeros((*self.shape, CHANNELS), dtype=np.float32)
         cells[tuple(self.where.T)] = self.values
         return np.moveaxis(cells, 3, 0)
 
 
-def rasterize(strokes: Sequence[Stroke], grid: Grid, spans: Spans | None = None) -> Condition:
-    """Return what strokes and their spans tell of ``grid``.
+def voxelize(strokes: Sequence[Stroke], grid: Grid, patches: PatchSamples) -> Condition:
+    """Put strokes and the patches between them on ``grid`` (paper, 4.1).
 
     A cell is crossed by a stroke, and its occupancy 1, if it holds a point of the strokes
     resampled at half a full-resolution cell (or half of its own, where that is less), so a
     draft's cell is crossed just where one of the eight cells in it is. Its velocity (m/s) and
-    place (cells from its centre, -0.5..0.5) are the means of those points'. Points outside the
-    grid are left out. Without the place, a sheet two cells thick is known to half a cell only.
-    A span's channels are the means of its samples in the cell, the closest before others.
+    offset (cells from its centre) are the means of those points'. Points outside the grid are
+    left out. Without the offset, a sheet two cells thick is known to half a cell only. The
+    patches' channels are means of their samples in the cell, the closest patch before others.
 
-    strokes : in local metres and m/s; spans : theirs, if they are known.
+    strokes : in local metres and m/s; patches : samples of theirs, with the classifier's verdicts.
     """
     points, velocities = resampled_points(strokes, min(grid.spacing, LOCAL_SPACING) / 2)
-    spans = span(strokes) if spans is None else spans
     low = np.asarray(grid.origin, dtype=np.float64)
     rows = np.full(grid.shape, -1, dtype=np.int32)
     count = _number(rows, points, low, grid.spacing, 0)
-    count = _number(rows, spans.points, low, grid.spacing, count)
+    count = _number(rows, patches.points, low, grid.spacing, count)
     where = np.empty((count, 3), dtype=np.int32)
     values = np.zeros((count, CHANNELS), dtype=np.float32)
     one = np.ones((len(points), 1), dtype=np.float32)
     seen = np.hstack([one, velocities])
-    _average(rows, where, values[:, :SPANS], points, seen, one[:, 0], low, grid.spacing)
-    weights = spans.values[:, 0] ** TIGHT
-    _average(rows, where, values[:, SPANS:], spans.points, spans.values, weights, low, grid.spacing)
+    _average(rows, where, values[:, STROKE], points, seen, one[:, 0], low, grid.spacing)
+    weights = patches.values[:, 0] ** TIGHT
+    _average(
+        rows, where, values[:, PATCH], patches.points, patches.values, weights, low, grid.spacing
+    )
     return Condition(where, values, grid.shape)
 
 

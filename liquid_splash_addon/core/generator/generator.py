@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from ..condition.voxelize import Condition
+from ..condition.voxelize import Condition, voxelize
 from ..grid import LOCAL_SPACING, Grid
-from ..liquid.fields import AIR, Fields, settle
+from ..liquid.fields import AIR, Fields, clip_to_band
+from ..sketch.strokes import Stroke
+from .patch_classifier import PatchClassifier, patch_samples
 from .precision import prepare
-from .sparse import Crossed, closeness, halved
+from .sparse import SparseCondition, closeness, halved
 from .splash_unet import Draft, NetworkConfig, SplashNetwork
 
 FAINT = 0.01
@@ -38,6 +41,8 @@ class Generator:
     weights_hash : SHA-256 of the weights' tensors, hexadecimal
     device : where it runs, a torch device name
     precision : number format it runs in, a key of ``precision.PRECISIONS``
+    classifier : judges the patches of the sketches that the network is shown; None where the
+        network is shown conditions that were made elsewhere
     """
 
     def __init__(
@@ -47,12 +52,14 @@ class Generator:
         weights_hash: str,
         device: str,
         precision: str = "float32",
+        classifier: PatchClassifier | None = None,
     ) -> None:
         self.network = prepare(network, device, precision)
         self.header = header
         self.weights_hash = weights_hash
         self.device = device
         self.precision = precision
+        self.classifier = classifier
 
     @property
     def config(self) -> NetworkConfig:
@@ -63,6 +70,12 @@ class Generator:
     def fastest(self) -> float:
         """Highest stroke speed seen in training, m/s."""
         return float(self.header["fastest"])
+
+    def condition(self, strokes: Sequence[Stroke], grid: Grid) -> Condition:
+        """Return what the network is shown of ``strokes`` (local metres, m/s) on ``grid``."""
+        if self.classifier is None:
+            raise ValueError("this generator has no patch classifier: give it conditions instead")
+        return voxelize(strokes, grid, patch_samples(strokes, self.classifier))
 
     @torch.inference_mode()
     def generate(
@@ -76,7 +89,7 @@ class Generator:
 
         Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
 
-        condition : of ``voxels.rasterize`` on the grid, whose sides are multiples of 32, of 16
+        condition : of ``voxels.voxelize`` on the grid, whose sides are multiples of 32, of 16
         in a draft.
         latent : float32 ``(L, l, l, l)`` of ``latent.draw_latent``; None is the deterministic
         answer.
@@ -93,7 +106,7 @@ class Generator:
         if obstacle is not None and obstacle.shape != condition.shape:
             raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape}")
         scale = float(self.header["velocity_scale"])
-        crossed = Crossed.of(condition).scaled(scale, self.fastest)
+        crossed = SparseCondition.of(condition).scaled(scale, self.fastest)
         crossed = crossed.to(self.device)
         near = None
         if obstacle is not None:
@@ -108,14 +121,14 @@ class Generator:
         reach = AIR * min(LOCAL_SPACING / grid.spacing, 1.0)
         distance = (output[1] * AIR).cpu().numpy()
         velocity = (output[2:] * scale).cpu().numpy()
-        return settle(occupancy, distance, velocity, grid, reach, start)
+        return clip_to_band(occupancy, distance, velocity, grid, reach, start)
 
     def tensor(self, array: np.ndarray) -> Tensor:
         """Return a copy of an array as a batch of one on the device."""
         return torch.tensor(array, dtype=torch.float32, device=self.device)[None]
 
     def full(
-        self, crossed: Crossed, latent: Tensor | None, near: Tensor | None
+        self, crossed: SparseCondition, latent: Tensor | None, near: Tensor | None
     ) -> tuple[Tensor, tuple[int, int, int]]:
         """Return the output ``(5, x, y, z)`` at full resolution, where there may be liquid.
 

@@ -17,7 +17,7 @@ from torch import Tensor, nn
 
 from ..numeric.threads import in_parts
 from .bfloat16 import bits
-from .splash_unet import raised
+from .layers import bias_sum
 
 SMALL_JOB = 1 << 16
 """Values below which threads cost more than they gain."""
@@ -64,7 +64,7 @@ class QuantizedConvolution(nn.Module):
 
     def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
         """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
-        bias = raised(self.bias, None if more is None else more.float())
+        bias = bias_sum(self.bias, None if more is None else more.float())
         values, scale, zero_point = quantize(x, self.steps)
         result: Tensor = self.convolve(
             values, scale, zero_point, self.weight, self.scales, self.zero_points, bias,
@@ -110,7 +110,7 @@ def round_to_bytes(
 ) -> None:
     """Write ``values * factor + zero``, rounded and kept within 0 to ``most``, into ``result``.
 
-    values, shift : see :func:`widening.bits`.
+    values, shift : see :func:`bfloat16.bits`.
     """
     widened = np.empty(CHUNK, dtype=np.uint32)
     floats = widened.view(np.float32)

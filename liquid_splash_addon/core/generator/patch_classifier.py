@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which spans of a sketch lie in liquid: a small graph network over all of them.
+"""Which patches of a sketch lie in liquid: a small graph network over all of them.
 
-Half of the spans of a splash's strokes are sheets of it, the others cross air. What tells them
-apart is how they lie to each other: whether one goes on where the next ends, and what the
-strokes around it do. Messages go from triangle to triangle, to the knots and along the strokes.
+Half of the patches between a splash's strokes are sheets of it, the others cross air. What tells
+them apart is how they lie to each other: whether one goes on where the next ends, and what the
+strokes around it do. Messages go from triangle to triangle, to the sample points and along the
+strokes.
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -16,21 +19,43 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ..condition.patches.features import SpanGraph
-from .weights_file import check_format, damaged, default_weights_path, read_file, read_metadata
-
-KNOT_FEATURES, TRIANGLE_FEATURES, PAIR_FEATURES = 14, 32, 4
+from ..condition.patches.features import (
+    EDGE_FEATURES,
+    POINT_FEATURES,
+    TRIANGLE_FEATURES,
+    PatchGraph,
+    patch_graph,
+)
+from ..condition.patches.gabriel import find_patches, sample_points_of
+from ..condition.patches.sampling import PatchSamples, sample_patches
+from ..sketch.strokes import Stroke
+from .weights_file import (
+    check_format,
+    check_names,
+    damaged,
+    default_weights_path,
+    read_file,
+    read_metadata,
+    tensors_hash,
+)
 
 LIMIT = 5.0
 """Standard deviations that no feature is beyond."""
 
 FORMAT = "liquid-splash-spans-1"
 
+FEATURES = {
+    "point_features": list(POINT_FEATURES),
+    "triangle_features": list(TRIANGLE_FEATURES),
+    "edge_features": list(EDGE_FEATURES),
+}
+"""What a file's header says of the columns that its weights are for."""
 
-class Graph(NamedTuple):
-    """A :class:`SpanGraph` as tensors."""
 
-    knots: Tensor
+class GraphTensors(NamedTuple):
+    """A :class:`PatchGraph` as tensors."""
+
+    points: Tensor
     triangles: Tensor
     corners: Tensor
     before: Tensor
@@ -40,7 +65,7 @@ class Graph(NamedTuple):
     pairs: Tensor
 
     @classmethod
-    def of(cls, graph: SpanGraph) -> Graph:
+    def of(cls, graph: PatchGraph) -> GraphTensors:
         """Return the tensors of a graph; they share its memory."""
         return cls(*(torch.from_numpy(np.ascontiguousarray(part)) for part in graph))
 
@@ -65,36 +90,47 @@ def two_layers(inputs: int, outputs: int) -> nn.Sequential:
 
 
 class Exchange(nn.Module):
-    """One round of messages: triangles -> knots, along strokes; triangles -> triangles."""
+    """One round of messages: triangles -> points, along strokes; triangles -> triangles."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
         # The first layer of the messages, on each triangle once instead of on each pair.
         self.source = nn.Linear(width, width, bias=False)
         self.target = nn.Linear(width, width)
-        self.pair = nn.Linear(PAIR_FEATURES, width, bias=False)
+        self.pair = nn.Linear(len(EDGE_FEATURES), width, bias=False)
         self.message = nn.Linear(width, width)
         self.to_knots = two_layers(5 * width, width)
         self.to_triangles = two_layers(5 * width, width)
         self.knots_norm, self.triangles_norm = nn.LayerNorm(width), nn.LayerNorm(width)
 
-    def forward(self, knots: Tensor, triangles: Tensor, graph: Graph) -> tuple[Tensor, Tensor]:
-        """Return the new features of knots ``(n, C)`` and triangles ``(m, C)``."""
+    def forward(
+        self, points: Tensor, triangles: Tensor, graph: GraphTensors
+    ) -> tuple[Tensor, Tensor]:
+        """Return the new features of points ``(n, C)`` and triangles ``(m, C)``."""
         corner = graph.corners.flatten()
-        given = mean_and_most(torch.relu(triangles).repeat_interleave(3, 0), corner, len(knots))
-        beside = [knots.index_select(0, next_one) for next_one in (graph.before, graph.after)]
-        knots = self.knots_norm(knots + self.to_knots(torch.cat([knots, given, *beside], dim=1)))
+        given = mean_and_most(torch.relu(triangles).repeat_interleave(3, 0), corner, len(points))
+        beside = [points.index_select(0, next_one) for next_one in (graph.before, graph.after)]
+        points = self.knots_norm(points + self.to_knots(torch.cat([points, given, *beside], dim=1)))
         message = self.source(triangles).index_select(0, graph.source)
         message = message + self.target(triangles).index_select(0, graph.target)
         message = torch.relu(self.message(torch.relu(message + self.pair(graph.pairs))))
         met = mean_and_most(message, graph.target, len(triangles))
-        held = knots.index_select(0, corner).view(*graph.corners.shape, -1)  # (m, 3, C)
+        held = points.index_select(0, corner).view(*graph.corners.shape, -1)  # (m, 3, C)
         around = torch.cat([triangles, held.mean(1), held.amax(1), met], dim=1)
-        return knots, self.triangles_norm(triangles + self.to_triangles(around))
+        return points, self.triangles_norm(triangles + self.to_triangles(around))
 
 
-class SpanJudge(nn.Module):
-    """Graph -> two logits for each triangle: it lies in liquid; within a cell of it (128^3)."""
+class PatchClassifier(nn.Module):
+    """Graph -> two logits for each triangle: it lies in liquid; within a cell of it (128^3).
+
+    Sample points are "knots" in the names of tensors, which are a format and stay.
+
+    Attributes
+    ----------
+    weights_hash : SHA-256 of the tensors of the file it came from, hexadecimal; "" if of none
+    """
+
+    weights_hash = ""
 
     mean_knots: Tensor
     scale_knots: Tensor
@@ -103,27 +139,27 @@ class SpanJudge(nn.Module):
 
     def __init__(self, width: int = 48, rounds: int = 4) -> None:
         super().__init__()
-        for name, size in (("knots", KNOT_FEATURES), ("triangles", TRIANGLE_FEATURES)):
+        for name, size in (("knots", len(POINT_FEATURES)), ("triangles", len(TRIANGLE_FEATURES))):
             self.register_buffer(f"mean_{name}", torch.zeros(size))
             self.register_buffer(f"scale_{name}", torch.ones(size))
-        self.knots = nn.Linear(KNOT_FEATURES, width)
-        self.triangles = nn.Linear(TRIANGLE_FEATURES, width)
+        self.knots = nn.Linear(len(POINT_FEATURES), width)
+        self.triangles = nn.Linear(len(TRIANGLE_FEATURES), width)
         self.rounds = nn.ModuleList(Exchange(width) for _ in range(rounds))
         self.head = nn.Linear(width, 2)
 
-    def forward(self, graph: Graph) -> Tensor:
+    def forward(self, graph: GraphTensors) -> Tensor:
         """Return the logits ``(m, 2)``."""
-        knots = (graph.knots - self.mean_knots) / self.scale_knots
+        points = (graph.points - self.mean_knots) / self.scale_knots
         triangles = (graph.triangles - self.mean_triangles) / self.scale_triangles
-        knots = torch.relu(self.knots(knots.clamp(-LIMIT, LIMIT)))
+        points = torch.relu(self.knots(points.clamp(-LIMIT, LIMIT)))
         triangles = torch.relu(self.triangles(triangles.clamp(-LIMIT, LIMIT)))
         for exchange in self.rounds:
-            knots, triangles = exchange(knots, triangles, graph)
+            points, triangles = exchange(points, triangles, graph)
         logits: Tensor = self.head(triangles)
         return logits
 
     @torch.inference_mode()
-    def judge(self, graph: SpanGraph) -> np.ndarray:
+    def classify(self, graph: PatchGraph) -> np.ndarray:
         """Return how likely each triangle lies in liquid, and within a cell of it, ``(m, 2)``.
 
         On one thread: its arrays are small, and threads that met at each took thrice as long.
@@ -131,41 +167,69 @@ class SpanJudge(nn.Module):
         threads = torch.get_num_threads()
         torch.set_num_threads(1)
         try:
-            judged: np.ndarray = torch.sigmoid(self(Graph.of(graph))).numpy()
+            verdicts: np.ndarray = torch.sigmoid(self(GraphTensors.of(graph))).numpy()
         finally:
             torch.set_num_threads(threads)
-        return judged
+        return verdicts
 
 
-def judge_path() -> Path:
-    """Return where the bundled weights of it lie."""
-    return default_weights_path().with_name("spans.safetensors")
+def patch_samples(strokes: Sequence[Stroke], classifier: PatchClassifier) -> PatchSamples:
+    """Return samples of the patches between ``strokes``, each with the classifier's verdict.
+
+    strokes : in local metres and m/s
+    """
+    samples = sample_points_of(strokes)
+    patches = find_patches(samples)
+    if not len(patches.triangles):
+        return PatchSamples.none()
+    verdicts = classifier.classify(patch_graph(samples, patches))
+    return sample_patches(samples, patches, np.hstack([patches.quality, verdicts]))
 
 
-@lru_cache(maxsize=1)
-def bundled_judge() -> SpanJudge:
-    """Return the bundled judge; WeightsError if it is missing or damaged."""
-    return load_judge(judge_path())
+def patch_classifier_path(generator: Path | None = None) -> Path:
+    """Return where the classifier of a generator's weights lies: beside them, else the bundled one.
+
+    generator : path of its weights, by default the bundled ones
+    """
+    bundled = default_weights_path().with_name("patch_classifier.safetensors")
+    own = bundled if generator is None else generator.with_name(bundled.name)
+    return own if own.is_file() else bundled
 
 
-def load_judge(path: Path) -> SpanJudge:
-    """Return the judge stored at ``path``; WeightsError if it is missing, damaged or not one."""
+def load_patch_classifier(path: Path | None = None) -> PatchClassifier:
+    """Return the classifier stored at ``path``, by default the bundled one.
+
+    Raises WeightsError if it is missing, damaged or no classifier of this version.
+    """
     from safetensors import SafetensorError
     from safetensors.torch import load
 
-    judge, data = SpanJudge(), read_file(path)
-    check_format(read_metadata(data, path), FORMAT, path)
+    path = patch_classifier_path() if path is None else path
+    classifier, data = PatchClassifier(), read_file(path)
+    metadata = read_metadata(data, path)
+    check_format(metadata, FORMAT, path)
+    check_names(metadata, FEATURES, path)
     try:
         tensors = load(data)
-        judge.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
+        classifier.load_state_dict({name: tensor.float() for name, tensor in tensors.items()})
     except (SafetensorError, RuntimeError) as error:
         raise damaged(path) from error
-    return judge.eval()
+    classifier.weights_hash = tensors_hash(data)
+    return classifier.eval()
 
 
-def save_judge(judge: SpanJudge, path: Path, about: dict[str, str]) -> None:
-    """Write a judge as float16, with ``about`` beside it."""
+@lru_cache(maxsize=1)
+def bundled_patch_classifier() -> PatchClassifier:
+    """Return the bundled classifier, loaded once."""
+    return load_patch_classifier()
+
+
+def save_patch_classifier(
+    classifier: PatchClassifier, path: Path, header: dict[str, object]
+) -> None:
+    """Write a classifier as float16, with ``header`` (plain JSON) beside it."""
     from safetensors.torch import save_file
 
-    tensors = {k: v.to(torch.float16).contiguous() for k, v in judge.state_dict().items()}
-    save_file(tensors, path, {"format": FORMAT, **about})
+    tensors = {k: v.to(torch.float16).contiguous() for k, v in classifier.state_dict().items()}
+    about = json.dumps({**header, **FEATURES})
+    save_file(tensors, path, {"format": FORMAT, "header": about})

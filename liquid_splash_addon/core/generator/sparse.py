@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the networks are shown, made from the strokes on a grid (``voxels.rasterize``)."""
+"""What the networks are shown, made from the strokes on a grid (``voxels.voxelize``)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from ..condition.voxelize import (
+from ..condition.channels import (
     CHANNELS,
-    PLACE,
-    SPANS,
-    SPANS_PLACE,
-    SPANS_VELOCITY,
-    VELOCITY,
-    Condition,
+    PATCH,
+    PATCH_CLOSENESS,
+    PATCH_OFFSET,
+    PATCH_VELOCITY,
+    STROKE,
+    STROKE_OCCUPANCY,
+    STROKE_OFFSET,
+    STROKE_VELOCITY,
 )
+from ..condition.voxelize import Condition
 
 NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
 
@@ -26,7 +29,7 @@ SPARSE = 1e-4
 """Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
 
 
-class Crossed(NamedTuple):
+class SparseCondition(NamedTuple):
     """The cells of a condition that strokes or their spans cross: few, so work on them is free.
 
     where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 18)``, the condition there; shape : of
@@ -38,7 +41,7 @@ class Crossed(NamedTuple):
     shape: tuple[int, ...]
 
     @classmethod
-    def of(cls, condition: Condition) -> Crossed:
+    def of(cls, condition: Condition) -> SparseCondition:
         """Return a condition as a batch of one."""
         where = F.pad(torch.from_numpy(condition.where).long(), (1, 0))
         return cls(where, torch.from_numpy(condition.values), (1, *condition.shape))
@@ -49,29 +52,31 @@ class Crossed(NamedTuple):
         cells = self.values.new_zeros(*self.shape, self.values.shape[1])
         return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
 
-    def scaled(self, unit: float, limit: float) -> Crossed:
+    def scaled(self, unit: float, limit: float) -> SparseCondition:
         """Return the same with velocities over ``unit``, after those above ``limit`` are shortened.
 
         unit, limit : m/s
         """
         values = self.values.clone()
-        for which in (VELOCITY, SPANS_VELOCITY):
+        for which in (STROKE_VELOCITY, PATCH_VELOCITY):
             velocity = self.values[:, which]
             speed = torch.linalg.vector_norm(velocity, dim=1, keepdim=True)
             values[:, which] = velocity * (limit / speed.clamp_min(limit)) / unit
         return self._replace(values=values)
 
-    def to(self, device: str) -> Crossed:
+    def to(self, device: str) -> SparseCondition:
         """Return the same on a device."""
         return self._replace(where=self.where.to(device), values=self.values.to(device))
 
-    def part(self, box: tuple[slice, ...]) -> Crossed:
+    def part(self, box: tuple[slice, ...]) -> SparseCondition:
         """Return what lies in a box of cells, seen from its corner."""
         low = self.where.new_tensor([0, *(side.start for side in box)])
         high = self.where.new_tensor([self.shape[0], *(side.stop for side in box)])
         inside = ((self.where >= low) & (self.where < high)).all(1)
         sides = (side.stop - side.start for side in box)
-        return Crossed(self.where[inside] - low, self.values[inside], (self.shape[0], *sides))
+        return SparseCondition(
+            self.where[inside] - low, self.values[inside], (self.shape[0], *sides)
+        )
 
     def halves(self) -> tuple[Tensor, tuple[int, ...]]:
         """Return each one's number ``(n,)`` among cells twice as large, and their shape."""
@@ -103,18 +108,25 @@ class Crossed(NamedTuple):
         return total
 
 
-def crossed_cells(condition: Tensor) -> Crossed:
+def sparse_condition(condition: Tensor) -> SparseCondition:
     """Return the crossed cells of ``(B, 18, X, Y, Z)``."""
-    where = (condition[:, 0] + condition[:, SPANS]).nonzero()
+    where = (condition[:, STROKE_OCCUPANCY] + condition[:, PATCH_CLOSENESS]).nonzero()
     batch, x, y, z = where.unbind(1)
-    return Crossed(where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:]))
+    return SparseCondition(
+        where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:])
+    )
 
 
-def halved(crossed: Crossed) -> Crossed:
+def halved(crossed: SparseCondition) -> SparseCondition:
     """Return the condition on cells twice as large: crossed if one of eight is, else means."""
-    values = torch.cat([crossed.values, (crossed.values[:, SPANS, None] > 0).float()], dim=1)
+    values = torch.cat(
+        [crossed.values, (crossed.values[:, PATCH_CLOSENESS, None] > 0).float()], dim=1
+    )
     octant = crossed.where[:, 1:] % 2 - 0.5
-    for which, there in ((PLACE, values[:, 0]), (SPANS_PLACE, values[:, CHANNELS])):
+    for which, there in (
+        (STROKE_OFFSET, values[:, STROKE_OCCUPANCY]),
+        (PATCH_OFFSET, values[:, CHANNELS]),
+    ):
         values[:, which] = (values[:, which] + octant) / 2 * there[:, None]
     cell, shape = crossed.halves()
     cells, row = torch.unique(cell, return_inverse=True)
@@ -122,13 +134,15 @@ def halved(crossed: Crossed) -> Crossed:
     drawn, spanned = sums[:, :1], sums[:, CHANNELS:]
     means = [
         (drawn > 0).to(sums.dtype),
-        sums[:, 1:SPANS] / drawn.clamp_min(1),
-        sums[:, SPANS:CHANNELS] / spanned.clamp_min(1),
+        sums[:, 1 : STROKE.stop] / drawn.clamp_min(1),
+        sums[:, PATCH] / spanned.clamp_min(1),
     ]
-    return Crossed(torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape)
+    return SparseCondition(
+        torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape
+    )
 
 
-def patches(stem: nn.Conv3d, crossed: Crossed, total: Tensor) -> Tensor:
+def strided_stem(stem: nn.Conv3d, crossed: SparseCondition, total: Tensor) -> Tensor:
     """Return ``total`` and ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
 
     Without its bias, and without further input channels that it may have. total :
@@ -151,19 +165,19 @@ def closeness(distance: Tensor, spacing: float) -> Tensor:
     return (0.5 - distance * (spacing / 0.05)).clamp(0, 1)
 
 
-def in_blocks(crossed: Crossed) -> Tensor:
+def block_means(crossed: SparseCondition) -> Tensor:
     """Return the mean of the strokes' occupancy and velocity over cells twice as large.
 
     The result is ``(B, 4, X / 2, Y / 2, Z / 2)``.
     """
-    drawn = crossed.values[:, : VELOCITY.stop]
-    return crossed.gathered(drawn, drawn.new_zeros(VELOCITY.stop)).contiguous() / 8
+    drawn = crossed.values[:, : STROKE_VELOCITY.stop]
+    return crossed.gathered(drawn, drawn.new_zeros(STROKE_VELOCITY.stop)).contiguous() / 8
 
 
 def nearness(blocks: Tensor) -> Tensor:
     """Return the density of strokes around each cell, one channel for each size in NEARNESS.
 
-    About 1 where one stroke passes. blocks : of :func:`in_blocks`; the result is
+    About 1 where one stroke passes. blocks : of :func:`block_means`; the result is
     ``(B, 2, X, Y, Z)``.
     """
     shape = [2 * n for n in blocks.shape[2:]]
@@ -178,12 +192,12 @@ def diffused_velocity(blocks: Tensor) -> Tensor:
     """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
 
     Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
-    average wherever it holds enough of a stroke. blocks : of :func:`in_blocks`.
+    average wherever it holds enough of a stroke. blocks : of :func:`block_means`.
     """
-    levels = [(blocks[:, :1], blocks[:, VELOCITY])]
+    levels = [(blocks[:, :1], blocks[:, STROKE_VELOCITY])]
     while min(blocks.shape[2:]) > 1 and not any(n % 2 for n in blocks.shape[2:]):
         blocks = F.avg_pool3d(blocks, 2)
-        levels.append((blocks[:, :1], blocks[:, VELOCITY]))
+        levels.append((blocks[:, :1], blocks[:, STROKE_VELOCITY]))
     weight, flow = levels[-1]
     spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
     for weight, flow in reversed(levels):

@@ -11,20 +11,28 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from ..condition.voxelize import CHANNELS
+from ..condition.channels import CHANNELS, OUTPUT_NAMES
+from .layers import (
+    CHANNEL_MULTIPLE,
+    Modulation,
+    convolution,
+    in_place_sum,
+    residual_blocks,
+    zero_initialised,
+)
 from .pixel_shuffle import pixel_shuffle
 from .sparse import (
     NEARNESS,
-    Crossed,
-    crossed_cells,
+    SparseCondition,
+    block_means,
     diffused_velocity,
     halved,
-    in_blocks,
     nearness,
-    patches,
+    sparse_condition,
+    strided_stem,
 )
 
-OUTPUT_CHANNELS = 5  # occupancy logit, distance, velocity x, y, z
+OUTPUT_CHANNELS = len(OUTPUT_NAMES)
 
 
 @dataclass(frozen=True)
@@ -49,91 +57,6 @@ class NetworkConfig:
     detail_blocks: tuple[int, int, int] = (0, 2, 1)
     latent_channels: int = 8
     latent_cells: int = 8
-
-
-EIGHT = 8
-"""Channels that a processor's float32 kernels take at a time. Five took six times as long as
-eight, of which three are zero."""
-
-
-class Convolution(nn.Conv3d):
-    """A 3D convolution that in use, in float32 on a processor, takes the form that is fast there.
-
-    One of 1^3 cells is a matrix product, which takes half the time if it is told so.
-    """
-
-    def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
-        """Return the convolution of ``x``; more : ``(C,)``, added to the bias."""
-        bias = raised(self.bias, more)
-        if torch.is_grad_enabled() or x.dtype != torch.float32 or x.device.type != "cpu":
-            return self._conv_forward(x, self.weight, bias)
-        if self.kernel_size == (1, 1, 1):
-            product = F.linear(x.permute(0, 2, 3, 4, 1), self.weight.flatten(1), bias)
-            return product.permute(0, 4, 1, 2, 3)
-        if self.in_channels % EIGHT == 0:
-            return self._conv_forward(x, self.weight, bias)
-        missing = (0,) * 7 + (-self.in_channels % EIGHT,)
-        return self._conv_forward(F.pad(x, missing), F.pad(self.weight, missing), bias)
-
-
-def raised(bias: Tensor | None, more: Tensor | None) -> Tensor | None:
-    """Return the sum of two biases, either of which may be missing."""
-    return more if bias is None else bias if more is None else bias + more
-
-
-def convolution(inputs: int, outputs: int, size: int, stride: int = 1) -> nn.Conv3d:
-    """Return a convolution that keeps the size of its input, or divides it by ``stride``."""
-    layer = Convolution(inputs, outputs, size, stride, size // 2 if stride == 1 else 0)
-    nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
-    assert layer.bias is not None
-    nn.init.zeros_(layer.bias)
-    return layer
-
-
-def silent(layer: nn.Conv3d) -> nn.Conv3d:
-    """Return the layer with weights of zero: what it adds to has to be learned."""
-    nn.init.zeros_(layer.weight)
-    return layer
-
-
-def summed(total: Tensor, more: Tensor) -> Tensor:
-    """Return the sum, in use in place of ``total``: a new array's memory takes longer than it."""
-    if torch.is_grad_enabled() or total.dtype != more.dtype:
-        return total + more
-    return total.add_(more)
-
-
-class ResidualBlock(nn.Module):
-    """Two 3^3 convolutions around a shortcut; the identity at first, so no norm is needed.
-
-    Batch norm would tie a result to how much air the other boxes of its batch held.
-    """
-
-    def __init__(self, width: int) -> None:
-        super().__init__()
-        self.first = convolution(width, width, 3)
-        self.second = silent(convolution(width, width, 3))
-
-    def forward(self, x: Tensor) -> Tensor:
-        return F.relu_(summed(self.second(F.relu_(self.first(x))), x))
-
-
-def blocks(width: int, count: int) -> nn.Sequential:
-    """Return ``count`` residual blocks."""
-    return nn.Sequential(*(ResidualBlock(width) for _ in range(count)))
-
-
-class Modulation(nn.Module):
-    """Scale and shift features by a latent; the identity where the latent is zero."""
-
-    def __init__(self, latent: int, width: int) -> None:
-        super().__init__()
-        self.scale = silent(nn.Conv3d(latent, width, 1, bias=False))
-        self.shift = nn.Conv3d(latent, width, 1, bias=False)
-
-    def forward(self, x: Tensor, latent: Tensor) -> Tensor:
-        fine = F.interpolate(latent, size=x.shape[2:], mode="trilinear").to(x.dtype)
-        return x * (1 + self.scale(fine)) + self.shift(fine)
 
 
 class Encoding(NamedTuple):
@@ -164,19 +87,19 @@ class DraftNetwork(nn.Module):
         inputs = CHANNELS + 1 + 3 + len(NEARNESS)
         self.stem = convolution(inputs, widths[0], 2, 2)
         self.downs = nn.ModuleList(convolution(fine, coarse, 2, 2) for fine, coarse in pairs)
-        self.encoder = nn.ModuleList(map(blocks, widths, config.encoder_blocks))
+        self.encoder = nn.ModuleList(map(residual_blocks, widths, config.encoder_blocks))
         self.ups = nn.ModuleList(convolution(coarse, fine, 1) for fine, coarse in pairs)
-        self.decoder = nn.ModuleList(map(blocks, widths[:-1], config.decoder_blocks))
+        self.decoder = nn.ModuleList(map(residual_blocks, widths[:-1], config.decoder_blocks))
         self.modulations = nn.ModuleList(
             Modulation(config.latent_channels, width) for width in widths[:-1]
         )
-        self.head = silent(convolution(widths[0], 8 * OUTPUT_CHANNELS, 1))
+        self.head = zero_initialised(convolution(widths[0], 8 * OUTPUT_CHANNELS, 1))
 
-    def encode(self, crossed: Crossed, obstacle: Tensor | None) -> Encoding:
+    def encode(self, crossed: SparseCondition, obstacle: Tensor | None) -> Encoding:
         """Return what does not depend on the latent; shapes as in :meth:`SplashNetwork.draft`."""
-        blocks = in_blocks(crossed)
-        flow = diffused_velocity(blocks)
-        x = F.relu(self.begin(crossed, obstacle, flow, nearness(blocks)))
+        means = block_means(crossed)
+        flow = diffused_velocity(means)
+        x = F.relu(self.begin(crossed, obstacle, flow, nearness(means)))
         features = []
         for level, residual in enumerate(self.encoder):
             if level:
@@ -186,20 +109,20 @@ class DraftNetwork(nn.Module):
         return Encoding(features, flow)
 
     def begin(
-        self, crossed: Crossed, obstacle: Tensor | None, flow: Tensor, near: Tensor
+        self, crossed: SparseCondition, obstacle: Tensor | None, flow: Tensor, near: Tensor
     ) -> Tensor:
         """Return the stem of the condition, the obstacle, the flow and the nearness.
 
         As one convolution would, of all of them side by side, in a fourth of its time.
         """
-        around = flow.new_zeros(len(flow), *flow.shape[2:], EIGHT).permute(0, 4, 1, 2, 3)
+        around = flow.new_zeros(len(flow), *flow.shape[2:], CHANNEL_MULTIPLE).permute(0, 4, 1, 2, 3)
         if obstacle is not None:
             around[:, :1] = obstacle
         around[:, 1:4], around[:, 4 : 4 + len(NEARNESS)] = flow, near
         kernel = self.stem.weight[:, CHANNELS:]
-        kernel = F.pad(kernel, (0,) * 7 + (EIGHT - kernel.shape[1],))
+        kernel = F.pad(kernel, (0,) * 7 + (CHANNEL_MULTIPLE - kernel.shape[1],))
         felt = F.conv3d(around.to(kernel.dtype), kernel, self.stem.bias, stride=2)
-        return patches(self.stem, crossed, felt)
+        return strided_stem(self.stem, crossed, felt)
 
     def decode(self, encoding: Encoding, latent: Tensor | None) -> Draft:
         """Return the draft for a latent ``(B, L, l, l, l)``; None is the latent zero.
@@ -210,7 +133,7 @@ class DraftNetwork(nn.Module):
         x = encoding.features[-1]
         for level in reversed(range(len(self.decoder))):
             x = F.interpolate(self.ups[level](x), scale_factor=2, mode="nearest")
-            x = F.relu_(summed(x, encoding.features[level]))
+            x = F.relu_(in_place_sum(x, encoding.features[level]))
             if latent is not None:
                 x = self.modulations[level](x, latent)
             x = self.decoder[level](x)
@@ -232,13 +155,13 @@ class DetailNetwork(nn.Module):
         self.from_output = convolution(OUTPUT_CHANNELS, fine, 3)
         self.from_features = convolution(config.widths[0], coarse, 1)
         self.down = convolution(fine, coarse, 2, 2)
-        self.encoder = blocks(fine, config.detail_blocks[0])
-        self.middle = blocks(coarse, config.detail_blocks[1])
+        self.encoder = residual_blocks(fine, config.detail_blocks[0])
+        self.middle = residual_blocks(coarse, config.detail_blocks[1])
         self.up = convolution(coarse, fine, 1)
-        self.decoder = blocks(fine, config.detail_blocks[2])
-        self.head = silent(convolution(fine, 8 * OUTPUT_CHANNELS, 1))
+        self.decoder = residual_blocks(fine, config.detail_blocks[2])
+        self.head = zero_initialised(convolution(fine, 8 * OUTPUT_CHANNELS, 1))
 
-    def forward(self, crossed: Crossed, draft: Draft) -> Tensor:
+    def forward(self, crossed: SparseCondition, draft: Draft) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``.
 
         crossed : of a condition ``(B, 18, X, Y, Z)``; draft : of the same part of the box, at
@@ -249,11 +172,11 @@ class DetailNetwork(nn.Module):
         shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
         # The bias of the stem goes with this one's: by itself it would take a pass of its own.
         felt = self.from_output(shown.to(dtype), self.stem.bias)
-        x = patches(self.stem, crossed, felt.to(dtype))
+        x = strided_stem(self.stem, crossed, felt.to(dtype))
         x = self.encoder(F.relu_(x))
-        y = F.relu_(summed(self.down(x), self.from_features(draft.features)))
+        y = F.relu_(in_place_sum(self.down(x), self.from_features(draft.features)))
         y = F.interpolate(self.up(self.middle(y)), scale_factor=2, mode="nearest")
-        x = self.decoder(F.relu_(summed(y, x)))
+        x = self.decoder(F.relu_(in_place_sum(y, x)))
         return pixel_shuffle(self.head(x), draft.output)
 
 
@@ -267,7 +190,7 @@ class SplashNetwork(nn.Module):
         self.detail = DetailNetwork(config)
 
     def draft(
-        self, crossed: Crossed, latent: Tensor | None = None, obstacle: Tensor | None = None
+        self, crossed: SparseCondition, latent: Tensor | None = None, obstacle: Tensor | None = None
     ) -> Draft:
         """Return the draft of a whole box.
 
@@ -286,6 +209,6 @@ class SplashNetwork(nn.Module):
 
         obstacle : ``(B, 1, X / 2, Y / 2, Z / 2)``, see :meth:`draft`.
         """
-        crossed = crossed_cells(condition)
+        crossed = sparse_condition(condition)
         output: Tensor = self.detail(crossed, self.draft(halved(crossed), latent, obstacle))
         return output

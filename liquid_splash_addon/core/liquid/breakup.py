@@ -10,19 +10,20 @@ are too coarse for surface tension. Here a disturbance grows as on a liquid thre
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
 
 from ..fluid.surface_tension import WATER
 from ..grid import LOCAL_SPACING
-from ..mesh.marching_cubes import balanced, filled, set_level
 from ..numeric.box_filter import mean_around
 from ..numeric.threads import in_parts
 from ..settings import SplashSettings
 from ..sketch.strokes import Stroke, arc_length, resample
-from .fields import AIR, Fields
-from .level_set import Liquid, slope
+from .fields import AIR
+from .level_set import LevelSet, unit_gradient
+from .volume import filled_cells, shifted_to_volume
 
 GROWTH = 0.343
 """Rate at which the fastest disturbance of a thread of radius a grows, times
@@ -66,59 +67,31 @@ ROUNDING = 1.0
 """Width in cells of the blur by which edges and necks become round."""
 
 
-def broken_up(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
+def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSettings) -> LevelSet:
     """Return the liquid after surface tension has acted for as long as it has flown.
 
     strokes : in local metres and m/s, from where the liquid comes from to where it goes;
     settings : Breakup is the surface tension over water's, Seed and Variation choose where it
-    parts. The volume stays, to a few hundredths. The arrays of ``fields`` are changed in place.
+    parts. The volume stays, to a few hundredths.
     """
     points, ages = flown(strokes)
     rate = GROWTH * np.sqrt(settings.breakup * WATER)
     if not len(ages) or growth(rate, ages.max(), BANDS[0]) == 0:
-        return fields
-    liquid = Liquid.of(fields)
+        return liquid
     cells, half = half_thickness(liquid.distance)
-    half = np.maximum(half * fields.grid.spacing, BANDS[0])
+    half = np.maximum(half * liquid.grid.spacing, BANDS[0])
     thin = growth(rate, ages.max(), half) > 0  # so ages are asked for where they matter only
     cells, half = cells[thin], half[thin]
-    metres = fields.grid.to_metres(cells + 0.5)
+    metres = liquid.grid.to_metres(cells + 0.5)
     size = growth(rate, ages_at(metres, points, ages), half)
     parting = size > 0
     if not parting.any():
-        return fields
+        return liquid
     cells, half, size = cells[parting], half[parting], size[parting]
     waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation)
-    level = parted(liquid, cells, half / fields.grid.spacing, size, waves)
-    replace_liquid(fields, tuple(cells.T), level)
-    return fields
-
-
-def replace_liquid(fields: Fields, where: tuple[np.ndarray, ...], level: np.ndarray) -> None:
-    """Set the liquid at cells to that of ``level`` ``(n,)``, in place, so that all parts agree."""
-    known = fields.distance[where] < AIR
-    set_level(fields, where, level, level)
-    far = fields.distance[where] >= AIR - 0.01  # as ``settle`` has it: stored, it rounds up to AIR
-    beyond = tuple(axis[far] for axis in where)
-    fields.distance[beyond] = AIR
-    fill_velocity(fields, where, known, ~known & ~far)
-    fields.velocity[:, *beyond] = 0
-
-
-def fill_velocity(
-    fields: Fields, where: tuple[np.ndarray, ...], known: np.ndarray, unknown: np.ndarray
-) -> None:
-    """Give those cells of ``where`` that are ``unknown`` the velocity of the nearest known one.
-
-    The generator tells none where liquid has swollen farthest. known, unknown : bool ``(n,)``.
-    """
-    from scipy.spatial import cKDTree
-
-    if not known.any() or not unknown.any():
-        return
-    cells = np.stack(where, axis=1)
-    _, nearest = cKDTree(cells[known]).query(cells[unknown])
-    fields.velocity[:, *cells[unknown].T] = fields.velocity[:, *cells[known][nearest].T]
+    level = liquid.level.copy()
+    level[tuple(cells.T)] = parted(liquid, cells, half / liquid.grid.spacing, size, waves)
+    return replace(liquid, level=level)
 
 
 def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
@@ -190,7 +163,7 @@ def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndar
     return np.asarray((weights * ages[nearest]).sum(axis=1) / weights.sum(axis=1))
 
 
-def middle(liquid: Liquid, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
+def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
     """Return where the middle of the liquid is, as seen from ``cells`` ``(n, 3)``, metres.
 
     half : of its thickness, metres. A disturbance goes through all of it.
@@ -199,7 +172,7 @@ def middle(liquid: Liquid, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
     inner = np.clip(cells, 1, np.array(liquid.level.shape) - 2)
     depth = half / spacing + liquid.distance[tuple(cells.T)]
     return np.asarray(
-        liquid.grid.to_metres(cells + 0.5 - slope(liquid.distance, inner) * depth[:, None])
+        liquid.grid.to_metres(cells + 0.5 - unit_gradient(liquid.distance, inner) * depth[:, None])
     )
 
 
@@ -229,7 +202,7 @@ def disturbance(metres: np.ndarray, half: np.ndarray, seed: int, variation: floa
 
 
 def parted(
-    liquid: Liquid, cells: np.ndarray, half: np.ndarray, size: np.ndarray, waves: np.ndarray
+    liquid: LevelSet, cells: np.ndarray, half: np.ndarray, size: np.ndarray, waves: np.ndarray
 ) -> np.ndarray:
     """Return the level, in cells, at ``cells`` ``(n, 3)``, with the disturbance and then rounded.
 
@@ -243,13 +216,15 @@ def parted(
         return distance + half * np.clip(size * (waves + more), -SWELLING, AIR)
 
     level = liquid.level.copy()
-    level[where] = (1 - share) * level[where] + share * balanced(shifted, filled(distance))
+    level[where] = (1 - share) * level[where] + share * shifted_to_volume(
+        shifted, filled_cells(distance)
+    )
     level[where] = rounded(level, where, share)
     # As steep as a distance again, for other thresholds than one half and for the fields'.
-    even = Liquid(level, liquid.velocity, liquid.grid).distance[where]
+    even = LevelSet(level, liquid.velocity, liquid.grid).distance[where]
     level[where] = (1 - share) * level[where] + share * even
-    volume = filled(liquid.level[where])
-    return balanced(lambda more: level[where] + share * more, volume)
+    volume = filled_cells(liquid.level[where])
+    return shifted_to_volume(lambda more: level[where] + share * more, volume)
 
 
 def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray) -> np.ndarray:
@@ -265,4 +240,4 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     blurred = gaussian_filter(np.clip(0.5 - level[box], 0, 1), ROUNDING)[inner]
     width = np.sqrt(2 * np.pi) * ROUNDING  # cells over which a blurred plane's share falls
     moved = (1 - share) * level[where] + share * (0.5 - blurred) * width
-    return balanced(lambda more: moved + share * more, filled(level[where]))
+    return shifted_to_volume(lambda more: moved + share * more, filled_cells(level[where]))

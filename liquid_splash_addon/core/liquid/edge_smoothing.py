@@ -7,54 +7,52 @@ generator's patches of 2^3 cells then give ragged rims and specks, as no liquid 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numba import njit
 
 from ..grid import LOCAL_SPACING
-from ..mesh.marching_cubes import balanced, filled, liquid_box, set_level, surface_level
 from ..numeric.box_filter import mean_around
 from ..numeric.threads import in_parts
-from .fields import Fields
+from .level_set import LevelSet
+from .volume import filled_cells, shifted_to_volume
 
-SURE = 1.5
+CERTAIN = 1.5
 """Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
 
 MOVED = 1.0
 """Level, in cells, up to which it is changed: beyond, the surface is hardly ever moved."""
 
-SPREAD, REACH = 1.2, 3
+BLUR, BLUR_CELLS = 1.2, 3
 """Width in cells of the Gaussian that smooths edges, and how far it is summed."""
 
 
-def smoothed_edges(fields: Fields) -> Fields:
+def smoothed_edges(liquid: LevelSet) -> LevelSet:
     """Return the liquid with a smooth surface where the generator is not sure of it.
 
     There the level is blurred, the more the less it is sure, and shifted so that the volume
-    stays. Drafts are left as they are: their cells are as large as the patches. The arrays of
-    ``fields`` are changed in place.
+    stays. Drafts are left as they are: their cells are as large as the patches.
     """
-    if fields.grid.spacing > 1.5 * LOCAL_SPACING:
-        return fields
-    level = surface_level(fields, 0.5)
-    box = liquid_box(level)
-    if box is None:
-        return fields
-    near = np.clip(level[box], -SURE, SURE)
+    if liquid.grid.spacing > 1.5 * LOCAL_SPACING or liquid.box is None:
+        return liquid
+    near = np.clip(liquid.level[liquid.box], -CERTAIN, CERTAIN)
     cells = np.argwhere(np.abs(near) < MOVED)
-    doubt = np.maximum(1 - mean_around(np.abs(near), cells, 1) / SURE, 0)
+    doubt = np.maximum(1 - mean_around(np.abs(near), cells, 1) / CERTAIN, 0)
     cells, doubt = cells[doubt > 0], doubt[doubt > 0]
     before = near[tuple(cells.T)]
     moved = before + doubt * (blurred_at(near, cells) - before)
-    where = tuple((cells + [side.start for side in box]).T)
-    smooth = balanced(lambda more: moved + doubt * more, filled(before))
-    set_level(fields, where, smooth, fields.distance[where])
-    return fields
+    level = liquid.level.copy()
+    level[tuple((cells + [side.start for side in liquid.box]).T)] = shifted_to_volume(
+        lambda more: moved + doubt * more, filled_cells(before)
+    )
+    return replace(liquid, level=level)
 
 
 def blurred_at(level: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Return the level at cells ``(n, 3)``, blurred, float32 ``(n,)``: they are few."""
     blurred = np.empty(len(cells), dtype=np.float32)
-    taps = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / SPREAD) ** 2).astype(np.float32)
+    taps = np.exp(-0.5 * (np.arange(-BLUR_CELLS, BLUR_CELLS + 1) / BLUR) ** 2).astype(np.float32)
     in_parts(len(cells), lambda a, b: _blur(level, cells[a:b], taps, blurred[a:b]))
     return blurred
 

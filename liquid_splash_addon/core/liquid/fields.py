@@ -48,18 +48,14 @@ class Fields:
     def round_off(self) -> Fields:
         """Return the fields as they come back from :meth:`to_bytes`.
 
-        What is made of these now can be made again, exactly, from a saved file. The arrays are
-        the same, changed in place, where they are contiguous: new ones would take most of the
-        time.
+        What is made of these now can be made again, exactly, from a saved file.
         """
-        occupancy, distance, velocity = (
-            np.ascontiguousarray(array) for array in (self.occupancy, self.distance, self.velocity)
-        )
-        _round_shares(occupancy.ravel())
-        near = np.flatnonzero(distance < AIR)  # a few cells in a hundred
-        for field in (distance, *velocity):
-            field.ravel()[near] = field.ravel()[near].astype(np.float16)
-        return Fields(occupancy, distance, velocity, self.grid)
+        near = self.distance < AIR  # a few cells in a hundred
+        distance = np.full_like(self.distance, AIR)
+        distance[near] = self.distance[near].astype(np.float16)
+        velocity = np.zeros_like(self.velocity)
+        velocity[:, near] = self.velocity[:, near].astype(np.float16)
+        return Fields(_rounded_shares(self.occupancy), distance, velocity, self.grid)
 
     def to_bytes(self) -> bytes:
         """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.
@@ -100,7 +96,7 @@ class Fields:
         return cls(occupancy, distance, velocity, grid)
 
 
-def settle(
+def clip_to_band(
     occupancy: np.ndarray,
     distance: np.ndarray,
     velocity: np.ndarray,
@@ -122,13 +118,13 @@ def settle(
         np.zeros((3, *shape), np.float32), grid,
     )  # fmt: skip
     box = tuple(slice(i, i + n) for i, n in zip(start, occupancy.shape, strict=True))
-    settled = fields.occupancy[box], fields.distance[box], fields.velocity[(slice(None), *box)]
-    _settle(occupancy, distance, velocity, np.float32(reach), *settled)
+    clipped = fields.occupancy[box], fields.distance[box], fields.velocity[(slice(None), *box)]
+    _clip_to_band(occupancy, distance, velocity, np.float32(reach), *clipped)
     return fields
 
 
 @njit(cache=True)
-def _settle(
+def _clip_to_band(
     occupancy: np.ndarray,
     distance: np.ndarray,
     velocity: np.ndarray,
@@ -154,10 +150,17 @@ def _settle(
                         velocities[a, i, j, k] = velocity[a, i, j, k]
 
 
+def _rounded_shares(occupancy: np.ndarray) -> np.ndarray:
+    """Return probabilities rounded to 255ths."""
+    rounded = np.zeros(occupancy.shape, dtype=np.float32)
+    _round_shares(np.ascontiguousarray(occupancy).ravel(), rounded.ravel())
+    return rounded
+
+
 @njit(cache=True)
-def _round_shares(occupancy: np.ndarray) -> None:
-    """Round probabilities to 255ths, in place."""
+def _round_shares(occupancy: np.ndarray, rounded: np.ndarray) -> None:
+    """Write probabilities, rounded to 255ths, where they are not 0."""
     most = np.float32(255)
     for i in range(len(occupancy)):
         if occupancy[i] != 0:
-            occupancy[i] = np.float32(np.rint(occupancy[i] * most)) / most
+            rounded[i] = np.float32(np.rint(occupancy[i] * most)) / most

@@ -9,18 +9,21 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from ..fluid.streamlines import velocity_at
 from ..fluid.surface import redistance
 from ..grid import Grid
-from ..mesh.marching_cubes import filled, liquid_box, probability, surface_level
-from .fields import AIR, Fields
+from ..numeric.trilinear import velocity_at
+from .fields import AIR, NEAREST, Fields
+from .volume import filled_cells
+
+SURE = 1e-4
+"""Probability, of liquid or of air, that no cell is under: logarithms stay finite."""
 
 FLOW = 4
 """Cells around the liquid's box in which velocity is looked for too: some is known there."""
 
 
 @dataclass(frozen=True)
-class Liquid:
+class LevelSet:
     """A splash as a level set.
 
     Attributes
@@ -35,7 +38,7 @@ class Liquid:
     grid: Grid
 
     @classmethod
-    def of(cls, fields: Fields, threshold: float = 0.5) -> Liquid:
+    def of(cls, fields: Fields, threshold: float = 0.5) -> LevelSet:
         """Return the liquid whose surface is where the probability is ``threshold``."""
         return cls(surface_level(fields, threshold), fields.velocity, fields.grid)
 
@@ -84,7 +87,7 @@ class Liquid:
     def volume(self) -> float:
         """Volume in cells; a cell cut by the surface counts in part."""
         box = self.box
-        return 0.0 if box is None else filled(self.level[box])
+        return 0.0 if box is None else filled_cells(self.level[box])
 
     def fields(self) -> Fields:
         """Return fields whose surface, at a threshold of 0.5, is this liquid's."""
@@ -101,7 +104,7 @@ def _flow(field, positions, instead, out):
             velocity_at(field, x, y, z, out[p])
 
 
-def slope(distance: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def unit_gradient(distance: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Return the unit gradient of ``distance`` at inner ``cells`` ``(n, 3)``, ``(n, 3)``."""
     columns = []
     for step in np.eye(3, dtype=int):
@@ -114,3 +117,90 @@ def slope(distance: np.ndarray, cells: np.ndarray) -> np.ndarray:
 def wider(box: tuple[slice, ...], margin: int) -> tuple[slice, ...]:
     """Return a box that begins and ends ``margin`` cells farther out, if the grid does."""
     return tuple(slice(max(side.start - margin, 0), side.stop + margin) for side in box)
+
+
+def surface_level(fields: Fields, threshold: float) -> np.ndarray:
+    """Return the field whose zero level is the surface, in cells, float32 ``(X, Y, Z)``.
+
+    It is the difference of the logits of ``threshold`` and occupancy, taken as one cell for a
+    factor e^2 of the odds: continuous in the threshold, negative exactly where occupancy is
+    above it. The distance alone would lose sheets that the generator is not sure of.
+    """
+    surface_logit = np.log(threshold / (1 - threshold))
+    air = np.log(SURE / (1 - SURE))
+    level = np.full(fields.occupancy.shape, (surface_logit - air) / 2, dtype=np.float32)
+    near = np.flatnonzero(fields.occupancy > SURE)  # a few cells in a hundred
+    odds = np.minimum(fields.occupancy.ravel()[near], 1 - SURE)
+    level.ravel()[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
+    return level
+
+
+def probability(level: np.ndarray) -> np.ndarray:
+    """Return the occupancy, float32, of which ``level`` is the :func:`surface_level`."""
+    from scipy.special import expit
+
+    return np.asarray(expit(-2 * level), dtype=np.float32)
+
+
+def with_level(fields: Fields, before: np.ndarray, level: np.ndarray) -> Fields:
+    """Return ``fields`` with the surface of ``level`` where that differs from ``before``.
+
+    All else is kept bit for bit. Where it differs, the distance is the level, the velocity ends
+    where the distance does, and cells that liquid has newly come near to have the velocity of
+    the nearest cell that knew one.
+
+    before, level : cells, float32 ``(X, Y, Z)``; before : the fields' own, of a threshold of 0.5.
+    """
+    where = np.nonzero(level != before)
+    if not len(where[0]):
+        return fields
+    occupancy, distance, velocity = (
+        array.copy() for array in (fields.occupancy, fields.distance, fields.velocity)
+    )
+    occupancy[where] = probability(level[where])
+    sign = np.where(occupancy[where] > 0.5, -1, 1)
+    away = sign * np.clip(sign * level[where], NEAREST, AIR)
+    is_far = away >= AIR - 0.01  # as in clip_to_band: stored, it would round up to AIR
+    was_near = distance[where] < AIR
+    distance[where] = np.where(is_far, AIR, away)
+    velocity[:, *np.stack(where)[:, is_far]] = 0
+    fill_velocity(velocity, fields.distance < AIR, where, was_near, ~was_near & ~is_far)
+    return Fields(occupancy, distance, velocity, fields.grid)
+
+
+def fill_velocity(
+    velocity: np.ndarray,
+    near: np.ndarray,
+    where: tuple[np.ndarray, ...],
+    known: np.ndarray,
+    unknown: np.ndarray,
+) -> None:
+    """Give the ``unknown`` ones of cells the velocity of the nearest ``known`` one, in place.
+
+    Where none of them is known, it is looked for in all cells that are ``near`` to liquid.
+
+    velocity : ``(3, X, Y, Z)``; near : bool ``(X, Y, Z)``; known, unknown : bool ``(n,)``.
+    """
+    from scipy.spatial import cKDTree
+
+    if not unknown.any():
+        return
+    cells = np.stack(where, axis=1)
+    sources = cells[known] if known.any() else np.argwhere(near)
+    if not len(sources):
+        return
+    _, nearest = cKDTree(sources).query(cells[unknown])
+    velocity[:, *cells[unknown].T] = velocity[:, *sources[nearest].T]
+
+
+def liquid_box(level: np.ndarray, margin: int = 4) -> tuple[slice, slice, slice] | None:
+    """Return the part of a grid that holds liquid, ``margin`` cells wider; None without liquid."""
+    inside = level < 0
+    columns, plane = inside.any(axis=2), inside.any(axis=0)
+    parts = []
+    for rows in (columns.any(axis=1), columns.any(axis=0), plane.any(axis=0)):
+        wet = np.flatnonzero(rows)
+        if not len(wet):
+            return None
+        parts.append(slice(max(int(wet[0]) - margin, 0), int(wet[-1]) + 1 + margin))
+    return (parts[0], parts[1], parts[2])

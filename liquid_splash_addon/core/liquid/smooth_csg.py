@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Level sets, negative in the liquid, united or cut with a smooth joint."""
+"""Level sets, negative in the liquid, smooth_union or smooth_maximum with a smooth joint."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 
-def united(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
+def smooth_union(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
     """Return the smooth minimum of levels: that of the lowest two, whatever their order.
 
     Quilez's quadratic: lower than the minimum by ``blend`` / 4 where both are equal, and not at
@@ -22,6 +22,6 @@ def united(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
     return np.asarray(lowest - blend / 4 * overlap**2, dtype=np.float32)
 
 
-def cut(level: np.ndarray, other: np.ndarray, width: float) -> np.ndarray:
+def smooth_maximum(level: np.ndarray, other: np.ndarray, width: float) -> np.ndarray:
     """Return the smooth maximum of two levels: the liquid that is in both, round at its edge."""
-    return -united([-level, -other], width)
+    return -smooth_union([-level, -other], width)

@@ -4,43 +4,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..mesh.marching_cubes import probability, surface_level
+from ..grid import Grid
 from ..sketch.strokes import Stroke, resampled_points
-from .fields import Fields, settle
-from .smooth_csg import cut
+from .level_set import LevelSet
+from .smooth_csg import smooth_maximum
 
 RIM = 2.0
-"""Width in cells of the round edge where a sheet is cut."""
+"""Width in cells of the round edge where a sheet is smooth_maximum."""
 
 
-def within_reach(fields: Fields, strokes: Sequence[Stroke], reach: float) -> Fields:
+def within_reach(liquid: LevelSet, strokes: Sequence[Stroke], reach: float) -> LevelSet:
     """Return the liquid that is no farther than ``reach`` metres from any stroke.
 
-    strokes : in local metres, as the fields; reach : 0 for no bound.
+    strokes : in local metres, as the liquid; reach : 0 for no bound.
 
     A generator spans sheets between strokes, as splashes do. Letters and thin figures are drawn
     with strokes that mean no sheet (paper, Fig. 14), and nothing in them says so.
     """
     if reach == 0:
-        return fields
-    grid = fields.grid
-    level = surface_level(fields, 0.5)
-    cells = np.nonzero(level < RIM)  # farther out there is air already, and most of the box is
-    level = level[cells]
-    away = stroke_distance(np.stack(cells, axis=1) + 0.5, strokes, fields) - reach / grid.spacing
-    occupancy, distance = fields.occupancy.copy(), fields.distance.copy()
-    occupancy[cells] = probability(cut(level, away, RIM))
-    distance[cells] = cut(distance[cells], away, RIM)
-    return settle(occupancy, distance, fields.velocity, grid)
+        return liquid
+    cells = np.nonzero(liquid.level < RIM)  # farther out there is air already
+    away = stroke_distance(np.stack(cells, axis=1) + 0.5, strokes, liquid.grid)
+    level = liquid.level.copy()
+    level[cells] = smooth_maximum(level[cells], away - reach / liquid.grid.spacing, RIM)
+    return replace(liquid, level=level)
 
 
-def stroke_distance(cells: np.ndarray, strokes: Sequence[Stroke], fields: Fields) -> np.ndarray:
+def stroke_distance(cells: np.ndarray, strokes: Sequence[Stroke], grid: Grid) -> np.ndarray:
     """Return the distance in cells, float32 ``(n,)``, of cell coordinates to the nearest stroke."""
     from scipy.spatial import cKDTree
 
-    points, _ = resampled_points(strokes, fields.grid.spacing / 2)
-    nearest, _ = cKDTree(fields.grid.to_cells(points)).query(cells)
+    points, _ = resampled_points(strokes, grid.spacing / 2)
+    nearest, _ = cKDTree(grid.to_cells(points)).query(cells)
     return np.asarray(nearest, dtype=np.float32)

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ..grid import Grid
-from ..liquid.level_set import Liquid
-from ..liquid.smooth_csg import cut
+from ..liquid.level_set import LevelSet
+from ..liquid.smooth_csg import smooth_maximum
 from ..mesh.closest_point import nearest_on_mesh
 from ..mesh.hole_filling import areas, films, welded
 from ..mesh.signed_distance import bounds_of, distance_on_grid, relevant, winding_on_grid
@@ -178,7 +178,7 @@ def generator_obstacle(obstacles: Sequence[Obstacle], grid: Grid) -> np.ndarray 
     return clearance(obstacles, grid, CLOSE / grid.spacing).distance
 
 
-def carve(liquid: Liquid, obstacles: Sequence[Obstacle], offset: float = 0.0) -> Liquid:
+def carve(liquid: LevelSet, obstacles: Sequence[Obstacle], offset: float = 0.0) -> LevelSet:
     """Return the liquid outside the obstacles, with velocity along them.
 
     obstacles : in the unit of the liquid's grid. offset : cells of air left around them, 0 or more.
@@ -203,7 +203,7 @@ def carved_level(level: np.ndarray, near: Clearance, offset: float) -> np.ndarra
     A smooth maximum: where liquid runs out in a wedge along an obstacle, it ends in a rim that
     the grid can hold. The sharp maximum leaves teeth there.
     """
-    carved = cut(level, np.float32(offset) - near.distance, RIM)
+    carved = smooth_maximum(level, np.float32(offset) - near.distance, RIM)
     return np.where(near.distance < near.band, carved, level)
 
 

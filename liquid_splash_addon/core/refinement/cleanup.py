@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..liquid.level_set import Liquid
+from ..liquid.level_set import LevelSet
 from .detail import Detail
 from .settings import CleanupSettings
 
@@ -15,7 +15,7 @@ AWAY = 1.0
 """Level, in cells, of the air where a speck was."""
 
 
-def remove_specks(liquid: Liquid, settings: CleanupSettings) -> Detail:
+def remove_specks(liquid: LevelSet, settings: CleanupSettings) -> Detail:
     """Return the splash without the pieces of liquid (cells that share a face) below the volume."""
     from scipy.ndimage import label
 

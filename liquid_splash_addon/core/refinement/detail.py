@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..liquid.level_set import Liquid
+from ..liquid.level_set import LevelSet
 from .drop_meshes import DropCloud
 
 
@@ -21,7 +21,7 @@ class Detail:
     cloud : drops that the step made and that fly free
     """
 
-    liquid: Liquid
+    liquid: LevelSet
     gained: float = 0.0
     warnings: list[str] = field(default_factory=list)
     cloud: DropCloud = field(default_factory=DropCloud.empty)

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..grid import Grid
 from ..liquid.fields import AIR
-from ..mesh.marching_cubes import Mesh, neighbour_mean
+from ..mesh.mesh import Mesh
+from ..mesh.taubin import neighbour_mean
 from .particle_level import FINER, FineLevel, fill_atlas
 from .settings import SMALLEST
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..liquid.fields import AIR
-from ..liquid.level_set import Liquid
+from ..liquid.level_set import LevelSet
 from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
 from .drop_meshes import drop_cloud, drop_radii
@@ -27,12 +27,12 @@ ROOM = 2.0
 """Least distance of two sample points, in mean drop radii."""
 
 
-def add_droplets(liquid: Liquid, settings: DropletSettings) -> Detail:
+def add_droplets(liquid: LevelSet, settings: DropletSettings) -> Detail:
     """Return the splash with droplets near its fronts.
 
     Points are chosen by eq. 4, a ball of blue-noise particles is made around each, moved by
-    position-based fluids with cohesion and turned into a signed distance, which is united with
-    the splash's where they meet.
+    position-based fluids with cohesion and turned into a signed distance, which is united smoothly
+    with the splash's where they meet.
     """
     rng = np.random.default_rng(settings.seed)
     points = sample_points(liquid, settings, rng)
@@ -48,14 +48,14 @@ def add_droplets(liquid: Liquid, settings: DropletSettings) -> Detail:
     large = np.append(drop_radii(fine, label) >= SMALLEST, False)
     merged = merging(liquid, fine, label, large)
     # What a grid cannot hold would be specks of one cell on it: inside the splash it is gone.
-    wet = united(liquid, fine, (label < 0) | (merged & large)[label])
+    wet = smooth_union(liquid, fine, (label < 0) | (merged & large)[label])
     cloud = drop_cloud(fine, label, merged, liquid.grid, settings.cohesion)
     gained = wet.volume - liquid.volume + cloud.volume / liquid.grid.spacing**3
     return Detail(wet, gained, warnings, cloud)
 
 
 def sample_points(
-    liquid: Liquid, settings: DropletSettings, rng: np.random.Generator
+    liquid: LevelSet, settings: DropletSettings, rng: np.random.Generator
 ) -> np.ndarray:
     """Return the points ``(n, 3)``, cells, around which drops are made."""
     cells = band_cells(liquid, inside=True)
@@ -67,7 +67,7 @@ def sample_points(
 
 
 def make_particles(
-    liquid: Liquid, points: np.ndarray, settings: DropletSettings, rng: np.random.Generator
+    liquid: LevelSet, points: np.ndarray, settings: DropletSettings, rng: np.random.Generator
 ) -> tuple[Drops, list[str]]:
     """Return the particles around ``points`` and warnings: no more than the settings allow."""
     radii = settings.size * np.exp(settings.spread * rng.normal(size=len(points)))
@@ -98,7 +98,7 @@ def make_particles(
     ), warnings
 
 
-def merging(liquid: Liquid, fine: FineLevel, label: np.ndarray, large: np.ndarray) -> np.ndarray:
+def merging(liquid: LevelSet, fine: FineLevel, label: np.ndarray, large: np.ndarray) -> np.ndarray:
     """Return which drops meet the splash, bool ``(drops + 1,)``; the last is that of label -1.
 
     large : bool ``(drops + 1,)``, those that may lie beside it; the others must touch it.
@@ -114,7 +114,7 @@ def merging(liquid: Liquid, fine: FineLevel, label: np.ndarray, large: np.ndarra
     return meets
 
 
-def united(liquid: Liquid, fine: FineLevel, drawn: np.ndarray) -> Liquid:
+def smooth_union(liquid: LevelSet, fine: FineLevel, drawn: np.ndarray) -> LevelSet:
     """Return the union of the splash and the fine cells that are ``drawn``, bool ``(n,)``."""
     shape = liquid.grid.shape
     numbers, level, velocity = fine.coarse(shape, drawn)

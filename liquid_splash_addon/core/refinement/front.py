@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from ..liquid.fields import PHI_CELLS
-from ..liquid.level_set import Liquid
+from ..liquid.level_set import LevelSet
 
 BAND = 0.4
 """phi_band, Table 2: 1.6 cells."""
@@ -20,7 +20,7 @@ BLUR = 0.7
 """Cells over which the distance is smoothed before its curvature is taken: a voxel is no edge."""
 
 
-def band_cells(liquid: Liquid, inside: bool) -> np.ndarray:
+def band_cells(liquid: LevelSet, inside: bool) -> np.ndarray:
     """Return the cells ``(n, 3)`` of the band of eq. 4, in the liquid or in the air beside it.
 
     Cells at the grid's walls are left out: they have no differences.
@@ -34,7 +34,7 @@ def band_cells(liquid: Liquid, inside: bool) -> np.ndarray:
     return cells[((cells > 0) & (cells < np.array(liquid.level.shape) - 1)).all(axis=1)]
 
 
-def break_measure(liquid: Liquid, cells: np.ndarray, alpha: float, beta: float) -> np.ndarray:
+def break_measure(liquid: LevelSet, cells: np.ndarray, alpha: float, beta: float) -> np.ndarray:
     """Return the logarithm of eq. 4's left side at ``cells`` ``(n, 3)``, float32 ``(n,)``.
 
     alpha log |Laplacian u| + beta log |mean curvature of phi|, both in cells; the factor that

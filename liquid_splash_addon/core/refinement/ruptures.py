@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..liquid.fields import AIR
-from ..liquid.level_set import Liquid, slope
+from ..liquid.level_set import LevelSet, unit_gradient
 from .blue_noise import PATTERNS, ball, random_turn
 from .detail import Detail
 from .droplets import ROOM
@@ -24,7 +24,7 @@ MOST_AIR = 4_000_000
 """Particles on all ways back, before those in one place are made one: about 0.5 GB."""
 
 
-def add_ruptures(liquid: Liquid, settings: RuptureSettings) -> Detail:
+def add_ruptures(liquid: LevelSet, settings: RuptureSettings) -> Detail:
     """Return the splash with its fronts carved by air.
 
     Random points in the air beside the fronts are chosen, a ball of blue-noise particles is made
@@ -46,12 +46,14 @@ def add_ruptures(liquid: Liquid, settings: RuptureSettings) -> Detail:
     return Detail(carved, carved.volume - liquid.volume, warnings)
 
 
-def front_points(liquid: Liquid, settings: RuptureSettings, rng: np.random.Generator) -> np.ndarray:
+def front_points(
+    liquid: LevelSet, settings: RuptureSettings, rng: np.random.Generator
+) -> np.ndarray:
     """Return random points ``(n, 3)``, cells, in the air that the splash moves into."""
     cells = band_cells(liquid, inside=False)
     if not len(cells) or settings.amount == 0:
         return np.zeros((0, 3), dtype=np.float32)
-    outward = slope(liquid.distance, cells)
+    outward = unit_gradient(liquid.distance, cells)
     flow = liquid.velocity[:, *cells.T].T
     speed = np.maximum(np.linalg.norm(flow, axis=1), 1e-9)
     ahead = (flow * outward).sum(axis=1) / speed
@@ -61,7 +63,7 @@ def front_points(liquid: Liquid, settings: RuptureSettings, rng: np.random.Gener
 
 
 def make_air(
-    liquid: Liquid, points: np.ndarray, settings: RuptureSettings, rng: np.random.Generator
+    liquid: LevelSet, points: np.ndarray, settings: RuptureSettings, rng: np.random.Generator
 ) -> Drops:
     """Return particles of air around ``points``."""
     radii = settings.size * np.exp(settings.spread * rng.normal(size=len(points)))
@@ -77,7 +79,7 @@ def make_air(
     return Drops(positions, velocities, spacing[group], group)
 
 
-def trail(liquid: Liquid, air: Drops, settings: RuptureSettings) -> tuple[Drops, list[str]]:
+def trail(liquid: LevelSet, air: Drops, settings: RuptureSettings) -> tuple[Drops, list[str]]:
     """Return the particles along their way back through the flow, and warnings.
 
     They keep to the flow (midpoint rule), as air has no cohesion. Balls that would be too many

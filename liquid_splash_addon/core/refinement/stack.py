@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..liquid.fields import Fields
-from ..liquid.level_set import Liquid
-from ..mesh.marching_cubes import Mesh, level_surface
+from ..liquid.level_set import LevelSet
+from ..mesh.marching_cubes import level_surface
+from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
 from ..obstacles.obstacles import Obstacle, carve, depth_of_points
 from .cleanup import remove_specks
@@ -29,10 +30,10 @@ from .settings import (
 from .waves import WaveMesh, prepare, propagate, wave_edge
 
 if TYPE_CHECKING:
-    from ..pipeline import Report
+    from ..progress import Report
 
 
-CHANGES: dict[type[RefinementSettings], Callable[[Liquid, Any], Detail]] = {
+CHANGES: dict[type[RefinementSettings], Callable[[LevelSet, Any], Detail]] = {
     DropletSettings: add_droplets,
     RuptureSettings: add_ruptures,
     CleanupSettings: remove_specks,
@@ -87,7 +88,7 @@ class Refiner:
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
         cells of air around them.
         """
-        self.base = Detail(Liquid.of(fields, threshold))
+        self.base = Detail(LevelSet.of(fields, threshold))
         self.obstacles, self.offset = obstacles, offset
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}
@@ -160,7 +161,7 @@ class Refiner:
             self._details[steps] = change(before.liquid, steps[-1])
         return self._details[steps]
 
-    def _surface(self, liquid: Liquid, steps: Steps) -> Mesh:
+    def _surface(self, liquid: LevelSet, steps: Steps) -> Mesh:
         if steps not in self._meshes:
             if self.obstacles:
                 liquid = carve(liquid, self.obstacles, self.offset)

@@ -11,7 +11,7 @@ from numba import njit
 from ..mesh.geometry import enclosed, face_areas, vertex_normals
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
 from ..mesh.local_thickness import room
-from ..mesh.marching_cubes import Mesh
+from ..mesh.mesh import Mesh
 from ..mesh.remeshing import isotropic
 from .settings import WaveSettings
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh, smooth
+from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.mesh.taubin import taubin_smoothed
 
 CELL = 0.004
 """Edge of a grid cell, metres."""
@@ -20,7 +21,7 @@ def mesh_of(level, half):
     axes = np.arange(-half, half) + 0.5
     field = np.clip(level(*np.meshgrid(axes, axes, axes, indexing="ij")), -3, 3)
     vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="descent")
-    points = ((smooth(vertices, faces) - half + 0.5) * CELL).astype(np.float32)
+    points = ((taubin_smoothed(vertices, faces) - half + 0.5) * CELL).astype(np.float32)
     return Mesh(points, faces.astype(np.int32), 10 * points)
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh, level_surface
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.obstacles.obstacles import Obstacle, ObstacleError, obstacle_from_mesh
 from liquid_splash_addon.core.refinement.cleanup import remove_specks
 from liquid_splash_addon.core.refinement.droplets import add_droplets

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from liquid_splash_addon.core.mesh.geometry import enclosed
 from liquid_splash_addon.core.mesh.local_thickness import room
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.refinement import waves
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.refinement.waves import (

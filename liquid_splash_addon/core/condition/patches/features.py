@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spans of a sketch as a graph: what a network may know of each, wherever it is and turned.
+"""The patches of a sketch as a graph: what a network may know of each, wherever it is and turned.
 
-Knots are joined along their strokes, triangles to their corners and to the triangles with which
-they share an edge. All that is said of them is lengths, speeds and angles.
+Sample points are joined along their strokes, triangles to their corners and to the triangles with
+which they share an edge. All that is told of them is lengths, speeds and angles.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-if TYPE_CHECKING:
-    from .gabriel import Knots, Patches
+from .gabriel import Patches, SamplePoints
 
 FAR = 0.2
 """Metres along a stroke from which on its ends do not matter."""
@@ -27,16 +26,37 @@ ALONE = 0.1
 MOST_AT_AN_EDGE = 7
 """Triangles of one edge of which each sees all the others."""
 
+POINT_FEATURES = (
+    "log_speed", "log_relative_speed", "to_start", "to_end", "log_stroke_length", "bend",
+    "normal_confidence", "log_least_radius", "log_least_radius_between_strokes",
+    "log_triangle_count", "offset", "offset_along_normal", "offset_along_stroke", "log_size",
+)  # fmt: skip
+TRIANGLE_FEATURES = (
+    "log_radius", "fairness", "coherence", "log_area", "flow_across", "divergence", "curl",
+    "relative_divergence", "log_speed", "log_relative_radius", "offset", "offset_along_normal",
+    "strokes", "log_size", "log_mean_speed",
+    "log_edge_0", "log_edge_1", "log_edge_2",
+    "within_one_stroke", "between_two_strokes", "between_three_strokes",
+    "stroke_across_0", "stroke_across_1", "stroke_across_2",
+    "strokes_parallel_0", "strokes_parallel_1", "strokes_parallel_2",
+    "normal_agreement_0", "normal_agreement_1", "normal_agreement_2",
+    "least_normal_confidence", "greatest_normal_confidence",
+)  # fmt: skip
+EDGE_FEATURES = ("fold_cosine", "log_edge", "along_stroke", "log_radius_ratio")
+"""What the columns tell; the names stand in the weights' header. Numbered ones are in order of
+size: which corner is first means nothing."""
 
-class SpanGraph(NamedTuple):
-    """Knots ``n``, triangles ``m`` and pairs ``p`` of them with a common edge.
 
-    knots : float32 ``(n, 14)``; triangles : float32 ``(m, 32)``; corners : int64 ``(m, 3)``;
-    before, after : int64 ``(n,)``, the next knots of the stroke (the same at its ends); source,
-    target : int64 ``(p,)``; pairs : float32 ``(p, 4)``.
+class PatchGraph(NamedTuple):
+    """Sample points ``n``, triangles ``m`` and pairs ``p`` of triangles with a common edge.
+
+    points : float32 ``(n, 14)`` of POINT_FEATURES; triangles : float32 ``(m, 32)`` of
+    TRIANGLE_FEATURES; corners : int64 ``(m, 3)``; before, after : int64 ``(n,)``, the next points
+    of the stroke (the same at its ends); source, target : int64 ``(p,)``; pairs : float32
+    ``(p, 4)`` of EDGE_FEATURES.
     """
 
-    knots: np.ndarray
+    points: np.ndarray
     triangles: np.ndarray
     corners: np.ndarray
     before: np.ndarray
@@ -54,23 +74,25 @@ class _Sketch(NamedTuple):
     speed: float
 
 
-def graph_of(knots: Knots, patches: Patches) -> SpanGraph:
-    """Return the graph of a sketch's spans."""
-    points = knots.points
-    speed = np.linalg.norm(knots.velocities, axis=1)
+def patch_graph(samples: SamplePoints, patches: Patches) -> PatchGraph:
+    """Return the graph of a sketch's patches."""
+    points = samples.points
+    speed = np.linalg.norm(samples.velocities, axis=1)
     size = float(np.sqrt(points.var(axis=0).sum()))
     sketch = _Sketch(points.mean(axis=0), size, float(speed.mean()))
-    before, after = _along(knots.stroke)
+    before, after = _along(samples.stroke)
     tangents = points[after] - points[before]
     tangents /= _length(tangents)[:, None] + 1e-9
-    crossing = _strokes_met(knots, patches)
-    return SpanGraph(
-        _knots(knots, patches, sketch, tangents, tangents[after] - tangents[before], crossing),
-        _triangles(knots, patches, sketch, tangents, crossing),
+    crossing = _strokes_met(samples, patches)
+    return PatchGraph(
+        _point_features(
+            samples, patches, sketch, tangents, tangents[after] - tangents[before], crossing
+        ),
+        _triangle_features(samples, patches, sketch, tangents, crossing),
         patches.triangles,
         before,
         after,
-        *_pairs(knots, patches),
+        *_edge_features(samples, patches),
     )
 
 
@@ -87,56 +109,56 @@ def _signed_log(x: np.ndarray) -> np.ndarray:
 
 
 def _along(stroke: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the knots before and after each on its stroke."""
+    """Return the sample points before and after each on its stroke."""
     numbers = np.arange(len(stroke))
     change = stroke[1:] != stroke[:-1]
     first, last = np.r_[True, change], np.r_[change, True]
     return np.where(first, numbers, numbers - 1), np.where(last, numbers, numbers + 1)
 
 
-def _strokes_met(knots: Knots, patches: Patches) -> np.ndarray:
+def _strokes_met(samples: SamplePoints, patches: Patches) -> np.ndarray:
     """Return how many strokes the corners of each triangle are of, less one: 0, 1 or 2."""
-    of = np.sort(knots.stroke[patches.triangles], axis=1)
+    of = np.sort(samples.stroke[patches.triangles], axis=1)
     met: np.ndarray = (of[:, 1:] != of[:, :-1]).sum(axis=1)
     return met
 
 
-def _knots(
-    knots: Knots,
+def _point_features(
+    samples: SamplePoints,
     patches: Patches,
     sketch: _Sketch,
     tangents: np.ndarray,
     bend: np.ndarray,
     crossing: np.ndarray,
 ) -> np.ndarray:
-    """Return what is said of the knots ``(n, 14)``."""
-    speed = np.linalg.norm(knots.velocities, axis=1) + SLOW
-    start, end = _to_the_ends(knots)
-    offset = (knots.points - sketch.centre) / sketch.size
+    """Return the POINT_FEATURES ``(n, 14)``."""
+    speed = np.linalg.norm(samples.velocities, axis=1) + SLOW
+    start, end = _to_the_ends(samples)
+    offset = (samples.points - sketch.centre) / sketch.size
     near, near_other, count = _closest(patches.triangles, patches.radii, crossing, len(speed))
-    columns = [
-        np.log(speed),
-        np.log(speed / (sketch.speed + SLOW)),
-        np.minimum(start, FAR),
-        np.minimum(end, FAR),
-        np.log(start + end + 0.01),
-        _length(bend),
-        patches.sure,
-        np.log(near),
-        np.log(near_other),
-        np.log(count + 1),
-        _length(offset),
-        np.abs(_dot(offset, patches.normals)),
-        _dot(offset, tangents),
-        np.full(len(speed), np.log(sketch.size)),
-    ]
-    return np.stack(columns, axis=1).astype(np.float32)
+    features = {
+        "log_speed": np.log(speed),
+        "log_relative_speed": np.log(speed / (sketch.speed + SLOW)),
+        "to_start": np.minimum(start, FAR),
+        "to_end": np.minimum(end, FAR),
+        "log_stroke_length": np.log(start + end + 0.01),
+        "bend": _length(bend),
+        "normal_confidence": patches.confidence,
+        "log_least_radius": np.log(near),
+        "log_least_radius_between_strokes": np.log(near_other),
+        "log_triangle_count": np.log(count + 1),
+        "offset": _length(offset),
+        "offset_along_normal": np.abs(_dot(offset, patches.normals)),
+        "offset_along_stroke": _dot(offset, tangents),
+        "log_size": np.full(len(speed), np.log(sketch.size)),
+    }
+    return _columns(features, POINT_FEATURES)
 
 
-def _to_the_ends(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far each knot is from the start and the end of its stroke, metres along it."""
-    change = knots.stroke[1:] != knots.stroke[:-1]
-    steps = np.where(change, 0.0, _length(np.diff(knots.points, axis=0)))
+def _to_the_ends(samples: SamplePoints) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far each point is from the start and the end of its stroke, metres along it."""
+    change = samples.stroke[1:] != samples.stroke[:-1]
+    steps = np.where(change, 0.0, _length(np.diff(samples.points, axis=0)))
     along = np.concatenate([[0.0], np.cumsum(steps)])
     starts, ends = along[np.r_[True, change]], along[np.r_[change, True]]
     which = np.concatenate([[0], np.cumsum(change)])
@@ -145,7 +167,7 @@ def _to_the_ends(knots: Knots) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True)
 def _closest(triangles, radii, crossing, count):
-    """Return the least radius at each knot, the least of those to other strokes, how many."""
+    """Return the least radius at each point, the least of those to other strokes, how many."""
     near, near_other = np.full(count, ALONE), np.full(count, ALONE)
     many = np.zeros(count)
     for n in range(len(triangles)):
@@ -158,40 +180,67 @@ def _closest(triangles, radii, crossing, count):
     return near, near_other, many
 
 
-def _triangles(
-    knots: Knots, patches: Patches, sketch: _Sketch, tangents: np.ndarray, crossing: np.ndarray
+def _triangle_features(
+    samples: SamplePoints,
+    patches: Patches,
+    sketch: _Sketch,
+    tangents: np.ndarray,
+    crossing: np.ndarray,
 ) -> np.ndarray:
-    """Return what is said of the triangles ``(m, 32)``."""
+    """Return the TRIANGLE_FEATURES ``(m, 32)``."""
     corners, normals = patches.triangles, patches.faces
-    points, flow = knots.points[corners], knots.velocities[corners]
+    points, flow = samples.points[corners], samples.velocities[corners]
     speed = _length(flow.mean(axis=1)) + SLOW
     divergence, curl, area = _gradient(points, flow, normals)
     offset = (points.mean(axis=1) - sketch.centre) / sketch.size
     edges = np.sort(_length(points - np.roll(points, 1, axis=1)), axis=1)
     along = tangents[corners]
-    columns = [
-        np.log(patches.radii),
-        *patches.quality[:, 1:].T,
-        np.log(area + 1e-7),
-        np.abs(_dot(flow.mean(axis=1), normals)) / speed,
-        _signed_log(divergence / 10),
-        np.log1p(np.abs(curl) / 10),
-        _signed_log(divergence * patches.radii / speed),
-        np.log(speed),
-        np.log(patches.radii / sketch.size),
-        _length(offset),
-        np.abs(_dot(offset, normals)),
-        np.full(len(corners), (knots.stroke[-1] + 1) / 10),
-        np.full(len(corners), np.log(sketch.size)),
-        np.full(len(corners), np.log(sketch.speed + SLOW)),
-        *np.log(edges + 1e-4).T,
-        *np.eye(3)[crossing].T,
-        *np.sort(np.abs(_dot(along, normals[:, None])), axis=1).T,
-        *np.sort(np.abs(_dot(along, np.roll(along, 1, axis=1))), axis=1).T,
-        *np.sort(np.abs(_dot(patches.normals[corners], normals[:, None])), axis=1).T,
-        *np.sort(patches.sure[corners], axis=1)[:, [0, 2]].T,
-    ]
-    return np.stack(columns, axis=1).astype(np.float32)
+    confidence = np.sort(patches.confidence[corners], axis=1)
+    features = {
+        "log_radius": np.log(patches.radii),
+        "fairness": patches.quality[:, 1],
+        "coherence": patches.quality[:, 2],
+        "log_area": np.log(area + 1e-7),
+        "flow_across": np.abs(_dot(flow.mean(axis=1), normals)) / speed,
+        "divergence": _signed_log(divergence / 10),
+        "curl": np.log1p(np.abs(curl) / 10),
+        "relative_divergence": _signed_log(divergence * patches.radii / speed),
+        "log_speed": np.log(speed),
+        "log_relative_radius": np.log(patches.radii / sketch.size),
+        "offset": _length(offset),
+        "offset_along_normal": np.abs(_dot(offset, normals)),
+        "strokes": np.full(len(corners), (samples.stroke[-1] + 1) / 10),
+        "log_size": np.full(len(corners), np.log(sketch.size)),
+        "log_mean_speed": np.full(len(corners), np.log(sketch.speed + SLOW)),
+        **_numbered("log_edge", np.log(edges + 1e-4)),
+        "within_one_stroke": crossing == 0,
+        "between_two_strokes": crossing == 1,
+        "between_three_strokes": crossing == 2,
+        **_numbered("stroke_across", _sorted_cosines(along, normals[:, None])),
+        **_numbered("strokes_parallel", _sorted_cosines(along, np.roll(along, 1, axis=1))),
+        **_numbered(
+            "normal_agreement", _sorted_cosines(patches.normals[corners], normals[:, None])
+        ),
+        "least_normal_confidence": confidence[:, 0],
+        "greatest_normal_confidence": confidence[:, 2],
+    }
+    return _columns(features, TRIANGLE_FEATURES)
+
+
+def _columns(features: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """Return the features as columns, in the order of ``names``."""
+    assert features.keys() == set(names)
+    return np.stack([features[name] for name in names], axis=1).astype(np.float32)
+
+
+def _numbered(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the columns of ``values`` ``(m, 3)`` by name."""
+    return {f"{name}_{number}": column for number, column in enumerate(values.T)}
+
+
+def _sorted_cosines(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the cosines, without their signs, of three angles of each triangle, in order."""
+    return np.sort(np.abs(_dot(a, b)), axis=1)
 
 
 def _gradient(
@@ -212,9 +261,11 @@ def _gradient(
     return divergence, curl, area
 
 
-def _pairs(knots: Knots, patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return source, target and what is said ``(p, 4)`` of the triangles with a common edge."""
-    points, corners = knots.points, patches.triangles
+def _edge_features(
+    samples: SamplePoints, patches: Patches
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return source and target ``(p,)`` of triangles with a common edge, and EDGE_FEATURES."""
+    points, corners = samples.points, patches.triangles
     start = corners.T.ravel()
     end = np.roll(corners, -1, axis=1).T.ravel()
     opposite = np.roll(corners, -2, axis=1).T.ravel()
@@ -237,10 +288,11 @@ def _pairs(knots: Knots, patches: Patches) -> tuple[np.ndarray, np.ndarray, np.n
         arm = points[opposite[side]] - points[low]
         arm = arm - _dot(arm, edge)[:, None] * edge
         arms.append(arm / (_length(arm) + 1e-30)[:, None])
-    said = [
-        _dot(*arms),
-        np.log(length + 1e-4),
-        knots.stroke[low] == knots.stroke[high],
-        np.log(patches.radii[triangle[source]] / patches.radii[triangle[target]]),
-    ]
-    return triangle[source], triangle[target], np.stack(said, axis=1).astype(np.float32)
+    radii = patches.radii
+    features = {
+        "fold_cosine": _dot(*arms),
+        "log_edge": np.log(length + 1e-4),
+        "along_stroke": samples.stroke[low] == samples.stroke[high],
+        "log_radius_ratio": np.log(radii[triangle[source]] / radii[triangle[target]]),
+    }
+    return triangle[source], triangle[target], _columns(features, EDGE_FEATURES)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sheets that strokes suggest: curved patches between neighbouring strokes.
+"""Patches between neighbouring strokes: the triangles of their Gabriel complex.
 
 A splash is thin sheets, and a stroke tells of a line of one. Which strokes lie side by side on a
 sheet is a matter of the whole sketch, hard for convolutions to find and easy for geometry: the
-triangles between points of the strokes whose smallest circumscribed ball holds no other point
-(Gabriel complex), curved as the strokes around them say (PN triangles, Vlachos et al. 2001). How
-likely each lies in liquid is judged by a graph network (``span_judge``), and the generator is shown
-both beside the strokes.
+triangles between sample points of the strokes whose smallest circumscribed ball holds no other
+point, curved as the strokes around them say (``sampling``). A graph network classifies which of
+them lie in liquid (``generator.patch_classifier``).
 """
 
 from __future__ import annotations
@@ -36,26 +35,9 @@ BLUR = 1e-5
 """Metres by which points are moved at random: strokes in a plane or on a sphere have no unique
 triangles."""
 
-QUALITIES = 5
-"""Of a span: closeness, fairness, coherence, and the two of ``span_judge``."""
 
-
-class Spans(NamedTuple):
-    """Samples of the sheets between strokes, dense enough to reach each cell that they cross.
-
-    points : float32 ``(n, 3)``, metres; values : float32 ``(n, 8)``: closeness (1 where strokes
-    touch, 0 where the ball between them has the radius WIDEST), fairness (cosine of the angle
-    between the triangle and the sheet that the others at its corners suggest), coherence (1
-    where its corners have one velocity), how likely the triangle lies in liquid and how likely
-    within a cell of it, and the velocity, as the strokes'.
-    """
-
-    points: np.ndarray
-    values: np.ndarray
-
-
-class Knots(NamedTuple):
-    """Points of all strokes.
+class SamplePoints(NamedTuple):
+    """Sample points of all strokes.
 
     points, velocities : float64 ``(n, 3)``; stroke : int ``(n,)``, which one it is of; step :
     metres between those of a stroke.
@@ -68,11 +50,11 @@ class Knots(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """The triangles between knots.
+    """Triangles between sample points.
 
     triangles : int ``(m, 3)``; radii : ``(m,)`` of their balls; faces : their unit normals
-    ``(m, 3)``; quality : closeness, fairness, coherence ``(m, 3)``, see :class:`Spans`; normals,
-    sure : ``(n, 3)`` and ``(n,)`` of the knots, see :func:`knot_normals`.
+    ``(m, 3)``; quality : closeness, fairness, coherence ``(m, 3)``, see :func:`qualities`;
+    normals, confidence : ``(n, 3)`` and ``(n,)`` of the points, see :func:`point_normals`.
     """
 
     triangles: np.ndarray
@@ -80,41 +62,27 @@ class Patches(NamedTuple):
     faces: np.ndarray
     quality: np.ndarray
     normals: np.ndarray
-    sure: np.ndarray
+    confidence: np.ndarray
 
 
-def span(strokes: Sequence[Stroke]) -> Spans:
-    """Return samples of the sheets between ``strokes`` (local metres, m/s)."""
-    from ...generator.patch_classifier import bundled_judge
-    from .features import graph_of
-    from .sampling import fill
-
-    knots = knots_of(strokes)
-    patches = patches_of(knots)
-    if not len(patches.triangles):
-        return Spans(np.zeros((0, 3), np.float32), np.zeros((0, QUALITIES + 3), np.float32))
-    judged = bundled_judge().judge(graph_of(knots, patches))
-    return fill(knots, patches, np.hstack([patches.quality, judged]))
-
-
-def knots_of(strokes: Sequence[Stroke]) -> Knots:
-    """Return points of the strokes, STEP apart, a little out of place."""
+def sample_points_of(strokes: Sequence[Stroke]) -> SamplePoints:
+    """Resample the strokes STEP apart, each point a little out of place (BLUR)."""
     step = max(STEP, sum(stroke.length for stroke in strokes) / MOST_POINTS)
     fine = [resample(stroke, step) for stroke in strokes]
     points = np.concatenate([stroke.points for stroke in fine]).astype(np.float64)
     points += np.random.default_rng(0).normal(0, BLUR, points.shape)
     velocities = np.concatenate([stroke.velocities for stroke in fine]).astype(np.float64)
     which = np.repeat(np.arange(len(fine)), [len(stroke.points) for stroke in fine])
-    return Knots(points, velocities, which, step)
+    return SamplePoints(points, velocities, which, step)
 
 
-def patches_of(knots: Knots) -> Patches:
-    """Return the triangles that ``knots`` span."""
-    triangles, radii = gabriel_triangles(knots.points, WIDEST)
-    faces = _normals(knots.points, triangles)
-    normals, sure = knot_normals(knots, triangles, radii, faces)
-    quality = qualities(knots, triangles, radii, faces, normals)
-    return Patches(triangles, radii, faces, quality, normals, sure)
+def find_patches(samples: SamplePoints) -> Patches:
+    """Find the patches between sample points, with all that tells of them but verdicts."""
+    triangles, radii = gabriel_triangles(samples.points, WIDEST)
+    faces = _normals(samples.points, triangles)
+    normals, confidence = point_normals(samples, triangles, radii, faces)
+    quality = qualities(samples, triangles, radii, faces, normals)
+    return Patches(triangles, radii, faces, quality, normals, confidence)
 
 
 def gabriel_triangles(points: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -214,19 +182,19 @@ def _normals(points, triangles):
     return normals
 
 
-def knot_normals(
-    knots: Knots, triangles: np.ndarray, radii: np.ndarray, faces: np.ndarray
+def point_normals(
+    samples: SamplePoints, triangles: np.ndarray, radii: np.ndarray, faces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sheet's normal at each knot ``(n, 3)``, of either sign, and how sure it is, 0..1.
+    """Return the sheet's normal at each point ``(n, 3)``, of either sign, and its confidence, 0..1.
 
     The main axis of the normals of the triangles there and a little along the stroke, each by
     its angle and closeness: signs do not matter, and of sheets that cross the closest counts.
     """
-    spread = _spread(knots.points, triangles, radii, faces)
-    spread = _along(spread, knots.stroke, SMOOTHED / knots.step)
+    spread = _spread(samples.points, triangles, radii, faces)
+    spread = _along(spread, samples.stroke, SMOOTHED / samples.step)
     values, axes = np.linalg.eigh(spread)
-    sure = (values[:, 2] - values[:, 1]) / np.maximum(values[:, 2], 1e-30)
-    return np.ascontiguousarray(axes[:, :, 2]), sure
+    confidence = (values[:, 2] - values[:, 1]) / np.maximum(values[:, 2], 1e-30)
+    return np.ascontiguousarray(axes[:, :, 2]), confidence
 
 
 @njit(cache=True)
@@ -248,7 +216,7 @@ def _spread(points, triangles, radii, faces):
 
 @njit(cache=True)
 def _along(spread, stroke, width):
-    """Return ``(n, 3, 3)`` averaged along each stroke, by a Gaussian of ``width`` knots."""
+    """Return ``(n, 3, 3)`` averaged along each stroke, by a Gaussian of ``width`` points."""
     smooth = np.zeros_like(spread)
     reach = int(np.ceil(3 * width))
     for n in range(len(spread)):
@@ -259,11 +227,20 @@ def _along(spread, stroke, width):
 
 
 def qualities(
-    knots: Knots, triangles: np.ndarray, radii: np.ndarray, faces: np.ndarray, normals: np.ndarray
+    samples: SamplePoints,
+    triangles: np.ndarray,
+    radii: np.ndarray,
+    faces: np.ndarray,
+    normals: np.ndarray,
 ) -> np.ndarray:
-    """Return closeness, fairness and coherence of each triangle ``(m, 3)``, see :class:`Spans`."""
+    """Return closeness, fairness and coherence of each triangle ``(m, 3)``.
+
+    Closeness: 1 where strokes touch, 0 where the ball between them has the radius WIDEST.
+    Fairness: cosine of the angle between the triangle and the sheet that the others at its
+    corners suggest. Coherence: 1 where its corners have one velocity.
+    """
     fair = np.abs(np.einsum("nic,nc->ni", normals[triangles], faces)).min(axis=1)
-    flow = knots.velocities[triangles]  # (m, corner, 3)
+    flow = samples.velocities[triangles]  # (m, corner, 3)
     apart = np.linalg.norm(flow - np.roll(flow, 1, axis=1), axis=2).max(axis=1)
     speed = np.linalg.norm(flow.mean(axis=1), axis=1)
     coherent = np.exp(-apart / np.maximum(speed, 1e-6))

@@ -1,36 +1,58 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Curved patches between strokes (PN triangles, Vlachos et al. 2001), filled with samples."""
+"""Curved patches between strokes (PN triangles, Vlachos et al. 2001) and samples of them."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from ...grid import LOCAL_SPACING
-from .gabriel import Knots, Patches, Spans
+from .gabriel import Patches, SamplePoints
 
-FILLED = 0.75 * LOCAL_SPACING
-"""Distance of the samples on a triangle, metres."""
+SAMPLE_SPACING = 0.75 * LOCAL_SPACING
+"""Distance of the samples on a patch, metres."""
+
+QUALITIES = 5
+"""Of a patch: closeness, fairness, coherence, and the classifier's two verdicts."""
 
 
-def fill(knots: Knots, patches: Patches, quality: np.ndarray) -> Spans:
-    """Return samples of all patches, at most FILLED apart, each with its patch's ``quality``.
+class PatchSamples(NamedTuple):
+    """Samples of patches, dense enough to reach each cell that they cross.
+
+    points : float32 ``(n, 3)``, metres; values : float32 ``(n, 8)``: closeness, fairness,
+    coherence (``gabriel.qualities``), how likely the patch lies in liquid and how likely within a
+    cell of it, and the velocity, in the strokes' unit.
+    """
+
+    points: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def none(cls) -> PatchSamples:
+        """Return the samples of no patches."""
+        return cls(np.zeros((0, 3), np.float32), np.zeros((0, QUALITIES + 3), np.float32))
+
+
+def sample_patches(samples: SamplePoints, patches: Patches, quality: np.ndarray) -> PatchSamples:
+    """Return samples of all patches, at most SAMPLE_SPACING apart, each with its ``quality``.
 
     quality : ``(m, q)``; the samples' values are ``(n, q + 3)``. Rows run from the corner
     opposite the shortest edge to that edge.
     """
-    points, velocities = knots.points, knots.velocities
-    turned, rows = _turn(points, patches.triangles, FILLED)
-    first = _count(points, turned, rows, FILLED)
+    points, velocities = samples.points, samples.velocities
+    turned, rows = _turn(points, patches.triangles, SAMPLE_SPACING)
+    first = _count(points, turned, rows, SAMPLE_SPACING)
     where = np.empty((first[-1], 3), dtype=np.float32)
     kinds = quality.shape[1]
     values = np.empty((first[-1], kinds + 3), dtype=np.float32)
     _sample(
-        points, velocities, turned, rows, patches.normals, patches.sure, FILLED,
+        points, velocities, turned, rows, patches.normals, patches.confidence, SAMPLE_SPACING,
         where, values[:, kinds:],
     )  # fmt: skip
     _label(values, quality, first)
-    return Spans(where, values)
+    return PatchSamples(where, values)
 
 
 @njit(cache=True)
@@ -89,11 +111,11 @@ def _count(points, turned, rows, step):
 
 
 @njit(cache=True)
-def _sample(points, velocities, turned, rows, normals, sure, step, where, flow):
+def _sample(points, velocities, turned, rows, normals, confidence, step, where, flow):
     control, place = np.empty((7, 3)), np.empty((4, 3))
     at = 0
     for n in range(len(turned)):
-        _controls(points, turned[n], normals, sure, control)
+        _controls(points, turned[n], normals, confidence, control)
         p, q, r = points[turned[n, 0]], points[turned[n, 1]], points[turned[n, 2]]
         f = velocities[turned[n, 0]]
         g, h = velocities[turned[n, 1]], velocities[turned[n, 2]]
@@ -130,7 +152,7 @@ def _row(p, q, r, c, w, place):
 
 
 @njit(cache=True)
-def _controls(points, corners, normals, sure, control):
+def _controls(points, corners, normals, confidence, control):
     """Set the control points of a PN triangle (their eq. 3): six on the edges, one inside."""
     control[6] = 0
     k = 0
@@ -139,7 +161,7 @@ def _controls(points, corners, normals, sure, control):
             for first, second in ((corners[i], corners[j]), (corners[j], corners[i])):
                 normal = normals[first]
                 edge = points[second] - points[first]
-                off = sure[first] * np.dot(edge, normal)
+                off = confidence[first] * np.dot(edge, normal)
                 control[k] = points[first] + (edge - off * normal) / 3
                 control[6] += control[k] / 4
                 k += 1

@@ -7,7 +7,8 @@ from scipy.ndimage import gaussian_filter
 
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.mesh import marching_cubes, self_intersection
-from liquid_splash_addon.core.mesh.marching_cubes import Mesh, level_surface
+from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.mesh.self_intersection import crossing_faces, take_back
 from tests.core.refinement.level_meshes import mesh_of
 from tests.core.refinement.test_remeshing import crossing_faces as crossing_by_pymeshlab

@@ -248,7 +248,7 @@ def test_the_sketches_that_figures_are_measured_on_are_kept():
 @pytest.mark.parametrize("name", PRESETS)
 def test_liquid_comes_of_each_layer(name):
     pytest.importorskip("torch")
-    from liquid_splash_addon.core.generator.weights_file import load_generator
+    from liquid_splash_addon.core.generator.loading import load_generator
 
     generator = load_generator(device="CPU")
     for layer, drawings in PRESETS[name]().layers().items():

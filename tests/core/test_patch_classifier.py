@@ -1,31 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spans as a graph, and the network that judges which lie in liquid."""
+"""Patches as a graph, and the network that classifies which lie in liquid."""
 
 import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.patches.features import _gradient, graph_of  # noqa: E402
-from liquid_splash_addon.core.condition.patches.gabriel import knots_of, patches_of, span  # noqa: E402
+from liquid_splash_addon.core.condition.patches.features import (  # noqa: E402
+    EDGE_FEATURES,
+    _gradient,
+    patch_graph,
+)
+from liquid_splash_addon.core.condition.patches.gabriel import find_patches, sample_points_of  # noqa: E402
 from liquid_splash_addon.core.generator.patch_classifier import (  # noqa: E402
-    PAIR_FEATURES,
-    Graph,
-    SpanJudge,
-    bundled_judge,
-    load_judge,
+    GraphTensors,
+    PatchClassifier,
+    bundled_patch_classifier,
+    load_patch_classifier,
     mean_and_most,
-    save_judge,
+    save_patch_classifier,
 )
 from liquid_splash_addon.core.generator.weights_file import WeightsError, default_weights_path  # noqa: E402
 from liquid_splash_addon.core.sketch.strokes import Stroke  # noqa: E402
 
-from .sketching import fan, line  # noqa: E402
+from .sketching import fan, line, patches_between  # noqa: E402
 
 
 def graph(strokes):
-    knots = knots_of(strokes)
-    return graph_of(knots, patches_of(knots))
+    samples = sample_points_of(strokes)
+    return patch_graph(samples, find_patches(samples))
 
 
 def rotation(angle=0.7):
@@ -52,35 +55,37 @@ def test_a_flow_that_draws_apart_has_its_divergence_and_curl(side):
 
 
 def test_a_graph_is_the_same_wherever_the_sketch_lies_and_however_it_is_turned():
-    knots = knots_of(fan())
-    patches = patches_of(knots)
+    samples = sample_points_of(fan())
+    patches = find_patches(samples)
     turn = rotation()
-    there = graph_of(
-        knots._replace(points=knots.points @ turn.T + 0.05, velocities=knots.velocities @ turn.T),
+    there = patch_graph(
+        samples._replace(
+            points=samples.points @ turn.T + 0.05, velocities=samples.velocities @ turn.T
+        ),
         patches._replace(faces=patches.faces @ turn.T, normals=patches.normals @ turn.T),
     )
-    for one, other in zip(graph_of(knots, patches), there, strict=True):
+    for one, other in zip(patch_graph(samples, patches), there, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-4)
 
 
 def test_a_graph_does_not_know_which_way_a_normal_points():
-    knots = knots_of(fan())
-    patches = patches_of(knots)
-    other = graph_of(knots, patches._replace(faces=-patches.faces, normals=-patches.normals))
-    for one, two in zip(graph_of(knots, patches), other, strict=True):
+    samples = sample_points_of(fan())
+    patches = find_patches(samples)
+    other = patch_graph(samples, patches._replace(faces=-patches.faces, normals=-patches.normals))
+    for one, two in zip(patch_graph(samples, patches), other, strict=True):
         np.testing.assert_allclose(one, two, atol=1e-5)
 
 
 def test_strokes_are_chains_with_ends():
     strokes = [line((0, 0, 0), (0.1, 0, 0)), line((0, 0.02, 0), (0.1, 0.02, 0))]
-    made, knots = graph(strokes), knots_of(strokes)
-    ends = np.flatnonzero(made.after == np.arange(len(knots.points)))
-    starts = np.flatnonzero(made.before == np.arange(len(knots.points)))
-    assert len(ends) == len(starts) == 2 and starts[0] == 0 and ends[1] == len(knots.points) - 1
-    assert knots.stroke[ends].tolist() == knots.stroke[starts].tolist() == [0, 1]
+    made, samples = graph(strokes), sample_points_of(strokes)
+    ends = np.flatnonzero(made.after == np.arange(len(samples.points)))
+    starts = np.flatnonzero(made.before == np.arange(len(samples.points)))
+    assert len(ends) == len(starts) == 2 and starts[0] == 0 and ends[1] == len(samples.points) - 1
+    assert samples.stroke[ends].tolist() == samples.stroke[starts].tolist() == [0, 1]
     # Third and fourth feature: metres to the start and to the end.
-    np.testing.assert_allclose(made.knots[starts, 2], 0, atol=1e-6)
-    np.testing.assert_allclose(made.knots[starts, 3], 0.1, atol=1e-3)
+    np.testing.assert_allclose(made.points[starts, 2], 0, atol=1e-6)
+    np.testing.assert_allclose(made.points[starts, 3], 0.1, atol=1e-3)
 
 
 def test_triangles_are_paired_across_their_edges():
@@ -96,7 +101,7 @@ def test_triangles_are_paired_across_their_edges():
     np.testing.assert_allclose(made.pairs[:, 0], -1, atol=0.01)
     # A strip of m triangles has m - 1 inner edges.
     assert len(made.source) == 2 * (len(made.corners) - 1)
-    assert made.pairs.shape[1] == PAIR_FEATURES
+    assert made.pairs.shape[1] == len(EDGE_FEATURES)
 
 
 def test_what_goes_to_a_place_is_averaged_and_its_greatest_kept():
@@ -105,58 +110,60 @@ def test_what_goes_to_a_place_is_averaged_and_its_greatest_kept():
     assert found.tolist() == [[3, 0, 3, 0], [0, 0, 0, 0], [3, 3, 5, 4]]
 
 
-def test_a_judgement_reaches_along_the_sheet():
+def test_a_classifierment_reaches_along_the_sheet():
     """What is said of a triangle depends on others that touch it, not on ones far away."""
     torch.manual_seed(0)
-    judge = SpanJudge(width=8, rounds=2).eval()
+    classifier = PatchClassifier(width=8, rounds=2).eval()
     made = graph([line((0, 0, 0), (0.3, 0, 0)), line((0, 0.02, 0), (0.3, 0.02, 0))])
     other = made._replace(triangles=made.triangles.copy())
     other.triangles[0] += 1.0
-    change = np.abs(judge.judge(made) - judge.judge(other)).max(axis=1)
+    change = np.abs(classifier.classify(made) - classifier.classify(other)).max(axis=1)
     touching = (np.isin(made.corners, made.corners[0]).sum(axis=1) > 0) & (change > 0)
     assert change[0] > 0 and touching.sum() > 1
     assert (change == 0).any()
 
 
-def test_the_bundled_judge_prefers_spans_that_go_on():
+def test_the_bundled_classifier_prefers_patches_that_go_on():
     """A sheet of seven strokes beside one another, and one stroke far across from it."""
     sheet = [line((0, y, 0), (0.12, y, 0), 2.0) for y in np.linspace(0, 0.06, 7)]
     far = [line((0.06, 0.03, 0.05), (0.06, 0.03, 0.15), 2.0)]
-    spans = span(sheet + far)
-    on = np.abs(spans.points[:, 2]) < 0.001
-    off = (spans.points[:, 2] > 0.01) & (spans.points[:, 2] < 0.045)
-    likely = spans.values[:, 3]
+    patches = patches_between(sheet + far)
+    on = np.abs(patches.points[:, 2]) < 0.001
+    off = (patches.points[:, 2] > 0.01) & (patches.points[:, 2] < 0.045)
+    likely = patches.values[:, 3]
     assert on.any() and off.any() and np.median(likely[on]) > np.median(likely[off]) + 0.3
     # Near liquid is all that is in it.
-    assert (spans.values[:, 4] > spans.values[:, 3]).mean() > 0.95
+    assert (patches.values[:, 4] > patches.values[:, 3]).mean() > 0.95
 
 
-def test_a_judge_comes_back_from_its_file(tmp_path):
-    path = tmp_path / "judge.safetensors"
-    save_judge(bundled_judge(), path, {})
+def test_a_classifier_comes_back_from_its_file(tmp_path):
+    path = tmp_path / "classifier.safetensors"
+    save_patch_classifier(bundled_patch_classifier(), path, {})
     made = graph(fan())
-    assert np.array_equal(load_judge(path).judge(made), bundled_judge().judge(made))
+    assert np.array_equal(
+        load_patch_classifier(path).classify(made), bundled_patch_classifier().classify(made)
+    )
 
 
-def test_a_damaged_judge_is_refused(tmp_path):
-    path = tmp_path / "judge.safetensors"
+def test_a_damaged_classifier_is_refused(tmp_path):
+    path = tmp_path / "classifier.safetensors"
     with pytest.raises(WeightsError, match="No weights at"):
-        load_judge(path)
+        load_patch_classifier(path)
     path.write_bytes(b"nothing of the kind")
     with pytest.raises(WeightsError, match="install the add-on again"):
-        load_judge(path)
-    save_judge(SpanJudge(width=8), path, {})
+        load_patch_classifier(path)
+    save_patch_classifier(PatchClassifier(width=8), path, {})
     with pytest.raises(WeightsError, match="install the add-on again"):
-        load_judge(path)
+        load_patch_classifier(path)
     with pytest.raises(WeightsError, match=r"liquid-splash-generator-.*this version reads"):
-        load_judge(default_weights_path())
+        load_patch_classifier(default_weights_path())
 
 
-def test_strokes_of_one_point_have_no_spans():
-    spans = span([Stroke(np.zeros((2, 3)), np.ones((2, 3)))])
-    assert len(spans.points) == 0 and spans.values.shape[1] == 8
+def test_strokes_of_one_point_have_no_patches():
+    patches = patches_between([Stroke(np.zeros((2, 3)), np.ones((2, 3)))])
+    assert len(patches.points) == 0 and patches.values.shape[1] == 8
 
 
 def test_tensors_share_the_graph():
     made = graph(fan())
-    assert Graph.of(made).corners.data_ptr() == made.corners.ctypes.data
+    assert GraphTensors.of(made).corners.data_ptr() == made.corners.ctypes.data

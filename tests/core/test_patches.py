@@ -1,23 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sheets between strokes."""
+"""Patches between strokes."""
 
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.condition.channels import PATCH_CLOSENESS
 from liquid_splash_addon.core.condition.patches import sampling
 from liquid_splash_addon.core.condition.patches.gabriel import (
     MOST_POINTS,
-    QUALITIES,
     STEP,
     WIDEST,
-    knots_of,
-    span,
+    sample_points_of,
 )
-from liquid_splash_addon.core.condition.voxelize import SPANS, rasterize
+from liquid_splash_addon.core.condition.patches.sampling import QUALITIES
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
-from .sketching import fan, line
+from .sketching import condition_of, fan, line, patches_between
 
 
 def lines(*offsets, length=0.1, speed=1.0):
@@ -36,8 +35,8 @@ def barrel(count, radius=0.06, length=0.2, bulge=0.0):
     return strokes
 
 
-def test_two_strokes_side_by_side_span_the_strip_between():
-    points, values = span(lines(0.0, 0.03))
+def test_two_strokes_side_by_side_have_patches_in_the_strip_between():
+    points, values = patches_between(lines(0.0, 0.03))
     assert np.abs(points[:, 2] - 0.01).max() < 1e-4
     assert points[:, 0].min() > -0.001 and points[:, 0].max() < 0.101
     assert points[:, 1].min() > -0.001 and points[:, 1].max() < 0.031
@@ -53,23 +52,23 @@ def test_two_strokes_side_by_side_span_the_strip_between():
     )
 
 
-def test_strokes_too_far_apart_span_nothing():
-    assert not len(span(lines(0.0, 2.2 * WIDEST))[0])
-    assert len(span(lines(0.0, 1.8 * WIDEST))[0])
+def test_strokes_too_far_apart_have_no_patches():
+    assert not len(patches_between(lines(0.0, 2.2 * WIDEST))[0])
+    assert len(patches_between(lines(0.0, 1.8 * WIDEST))[0])
 
 
-def test_strokes_span_their_neighbours_only():
+def test_strokes_have_patches_to_their_neighbours_only():
     """With a third in the middle, but higher, none goes straight from the first to the last."""
     outer = lines(0.0, 0.05)
     middle = [line((0.0, 0.025, 0.03), (0.1, 0.025, 0.03))]
-    points, _ = span(outer + middle)
+    points, _ = patches_between(outer + middle)
     inside = np.abs(points[:, 1] - 0.025) < 0.01
     assert inside.any() and points[inside, 2].min() > 0.014
 
 
-def test_spans_are_curved_as_the_strokes_lie():
+def test_patches_are_curved_as_the_strokes_lie():
     """Flat, they would leave a barrel of 12 strokes by 2 mm; PN patches stay within 0.4 mm."""
-    points, values = span(barrel(12))
+    points, values = patches_between(barrel(12))
     sides = (np.abs(points[:, 2]) < 0.08) & (values[:, 0] > 0.5)  # not across the barrel
     away = np.hypot(points[:, 0], points[:, 1])[sides] - 0.06
     assert 0.06 * (1 - np.cos(np.pi / 12)) > 0.002
@@ -82,7 +81,7 @@ def test_a_patch_across_the_sheet_is_less_fair():
     strokes = lines(*np.linspace(0, 0.06, 7)) + [
         line((0.0, y, 0.03), (0.1, y, 0.03)) for y in np.linspace(0, 0.06, 7)
     ]
-    points, values = span(strokes)
+    points, values = patches_between(strokes)
     between = np.abs(points[:, 2] - 0.02) < 0.008
     on = np.abs(points[:, 2] - 0.01) < 0.001
     assert between.any() and on.any()
@@ -92,19 +91,21 @@ def test_a_patch_across_the_sheet_is_less_fair():
 
 def test_opposed_strokes_are_not_coherent():
     there, back = lines(0.0)[0], lines(0.03)[0]
-    _, values = span([there, Stroke(back.points, -back.velocities)])
+    _, values = patches_between([there, Stroke(back.points, -back.velocities)])
     mixed = np.abs(values[:, QUALITIES]) < 0.9  # not along one stroke
     assert mixed.any() and values[mixed, 2].max() < 0.01
-    _, values = span([there, Stroke(back.points, 1.5 * back.velocities)])
+    _, values = patches_between([there, Stroke(back.points, 1.5 * back.velocities)])
     assert 0.5 < np.median(values[:, 2]) < 0.9
     assert values[:, QUALITIES].min() > 0.99 and values[:, QUALITIES].max() < 1.51
 
 
-def test_spans_turn_with_the_strokes():
+def test_patches_turn_with_the_strokes():
     turn, strokes = np.diag([1.0, -1.0, -1.0]), barrel(9, bulge=0.02)
     turned = [Stroke(s.points @ turn, s.velocities @ turn) for s in strokes]
     grid = Grid.local(64)
-    cells, others = (rasterize(given, grid).dense()[SPANS] for given in (strokes, turned))
+    cells, others = (
+        condition_of(given, grid).dense()[PATCH_CLOSENESS] for given in (strokes, turned)
+    )
     flipped = others[:, ::-1, ::-1]
     # Not across the barrel, where many triangles are as good.
     cells, flipped = (np.where(given > 0.5, given, 0) for given in (cells, flipped))
@@ -112,8 +113,11 @@ def test_spans_turn_with_the_strokes():
     assert np.abs(cells - flipped).mean() < 0.05 * cells.mean()
 
 
-def test_spans_are_the_same_at_every_call():
-    assert all(np.array_equal(a, b) for a, b in zip(span(fan()), span(fan()), strict=True))
+def test_patches_are_the_same_at_every_call():
+    assert all(
+        np.array_equal(a, b)
+        for a, b in zip(patches_between(fan()), patches_between(fan()), strict=True)
+    )
 
 
 @pytest.mark.parametrize(
@@ -129,14 +133,17 @@ def test_spans_are_the_same_at_every_call():
     ids=["one", "short", "equal", "points", "still", "close"],
 )
 def test_any_strokes_will_do(strokes):
-    points, values = span(strokes)
+    points, values = patches_between(strokes)
     assert np.isfinite(points).all() and np.isfinite(values).all()
     assert (values[:, :QUALITIES] >= 0).all() and (values[:, :QUALITIES] <= 1).all()
-    assert np.isfinite(rasterize(strokes, Grid.local(64)).values).all()
+    assert np.isfinite(condition_of(strokes, Grid.local(64)).values).all()
 
 
 def test_many_strokes_have_no_more_points():
-    few, many = knots_of(lines(0.0, 0.01)), knots_of(lines(*np.linspace(0, 1, 300), length=0.4))
+    few, many = (
+        sample_points_of(lines(0.0, 0.01)),
+        sample_points_of(lines(*np.linspace(0, 1, 300), length=0.4)),
+    )
     assert few.step == STEP and many.step > STEP
     assert len(many.points) < 1.3 * MOST_POINTS + 2 * 300
 
@@ -145,11 +152,11 @@ def test_samples_leave_no_cell_out():
     """With samples twice as dense, hardly a cell more is crossed."""
     strokes = barrel(10)
     grid = Grid.local()
-    cells = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
-    before = sampling.FILLED
-    sampling.FILLED = before / 3
+    cells = (condition_of(strokes, grid).dense()[PATCH_CLOSENESS] > 0).sum()
+    before = sampling.SAMPLE_SPACING
+    sampling.SAMPLE_SPACING = before / 3
     try:
-        more = (rasterize(strokes, grid).dense()[SPANS] > 0).sum()
+        more = (condition_of(strokes, grid).dense()[PATCH_CLOSENESS] > 0).sum()
     finally:
-        sampling.FILLED = before
+        sampling.SAMPLE_SPACING = before
     assert before < LOCAL_SPACING and cells > 0.93 * more

@@ -6,6 +6,7 @@ import pytest
 
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
+from liquid_splash_addon.core.liquid.shaping import reshaped
 from liquid_splash_addon.core.liquid.stroke_reach import RIM, within_reach
 from liquid_splash_addon.core.mesh.marching_cubes import surface
 from tests.core.sketching import line
@@ -54,14 +55,19 @@ def away_from(strokes, grid):
     return np.minimum.reduce(away) / grid.spacing
 
 
+def kept_to(fields, strokes, reach):
+    """Return the liquid no farther than ``reach`` metres from the strokes."""
+    return reshaped(fields, lambda liquid: within_reach(liquid, strokes, reach))
+
+
 def test_no_reach_is_no_bound(grid):
     fields = sheet(grid)
-    assert within_reach(fields, lines(grid), 0.0) is fields
+    assert kept_to(fields, lines(grid), 0.0) is fields
 
 
 def test_only_what_is_near_a_stroke_stays(grid):
     fields, strokes = sheet(grid), lines(grid)
-    kept = within_reach(fields, strokes, REACH * grid.spacing)
+    kept = kept_to(fields, strokes, REACH * grid.spacing)
     away = away_from(strokes, grid)
     wet, before = kept.occupancy > 0.5, fields.occupancy > 0.5
     assert wet.any() and not wet[away > REACH].any()
@@ -73,7 +79,7 @@ def test_only_what_is_near_a_stroke_stays(grid):
 
 
 def test_the_cut_is_closed_and_round(grid):
-    mesh = surface(within_reach(sheet(grid), lines(grid), REACH * grid.spacing))
+    mesh = surface(kept_to(sheet(grid), lines(grid), REACH * grid.spacing))
     edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, counts = np.unique(edges, axis=0, return_counts=True)
     assert (counts == 2).all()
@@ -87,10 +93,10 @@ def test_the_cut_is_closed_and_round(grid):
 
 def test_a_reach_beyond_all_liquid_leaves_its_cells(grid):
     fields = sheet(grid)
-    kept = within_reach(fields, lines(grid), 0.2)
+    kept = kept_to(fields, lines(grid), 0.2)
     assert ((kept.occupancy > 0.5) == (fields.occupancy > 0.5)).all()
 
 
 def test_a_reach_finer_than_a_cell_may_leave_nothing_and_does_not_fail(grid):
-    kept = within_reach(sheet(grid), lines(grid), 1e-4)
+    kept = kept_to(sheet(grid), lines(grid), 1e-4)
     assert (kept.occupancy <= 0.5).all()

@@ -8,7 +8,9 @@ from scipy.ndimage import label
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.edge_smoothing import smoothed_edges
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
-from liquid_splash_addon.core.mesh.marching_cubes import probability, surface
+from liquid_splash_addon.core.liquid.level_set import probability
+from liquid_splash_addon.core.liquid.shaping import reshaped
+from liquid_splash_addon.core.mesh.marching_cubes import surface
 
 SHAPE = (64, 40, 24)
 EDGE = 40.0
@@ -50,7 +52,7 @@ def area(fields: Fields) -> float:
 
 def test_a_ragged_edge_becomes_smooth_and_its_specks_go():
     before = sheet(doubt=8)
-    after = smoothed_edges(copied(before))
+    after = reshaped(copied(before), smoothed_edges)
     assert label(before.occupancy > 0.5)[1] > label(after.occupancy > 0.5)[1]
     straight = area(sheet(doubt=0))
     assert area(after) - straight < 0.5 * (area(before) - straight)
@@ -58,7 +60,7 @@ def test_a_ragged_edge_becomes_smooth_and_its_specks_go():
 
 def test_the_volume_stays_and_all_fields_agree():
     before = sheet(doubt=8)
-    after = smoothed_edges(copied(before))
+    after = reshaped(copied(before), smoothed_edges)
     wet = after.occupancy > 0.5
     assert wet.sum() == pytest.approx((before.occupancy > 0.5).sum(), rel=0.03)
     assert ((after.distance < 0) == wet).all()
@@ -67,13 +69,13 @@ def test_the_volume_stays_and_all_fields_agree():
 
 def test_what_is_sure_stays():
     before = sheet(doubt=8)
-    after = smoothed_edges(copied(before))
+    after = reshaped(copied(before), smoothed_edges)
     away = np.arange(SHAPE[0]) + 0.5 < EDGE - 12
     changed = np.abs(after.occupancy - before.occupancy)[away]
     assert ((after.occupancy > 0.5) == (before.occupancy > 0.5))[away].all()
     assert changed.max() < 0.2
     sure = sheet(doubt=0)
-    kept = smoothed_edges(copied(sure))
+    kept = reshaped(copied(sure), smoothed_edges)
     moved = (kept.occupancy > 0.5) != (sure.occupancy > 0.5)
     assert moved.sum() < 0.02 * (sure.occupancy > 0.5).sum()
 
@@ -84,6 +86,6 @@ def test_drafts_and_air_are_left_alone():
             fields = Fields(0 * fields.occupancy, 0 * fields.distance + AIR, fields.velocity,
                             fields.grid)  # fmt: skip
         before = copied(fields)
-        assert smoothed_edges(fields) is fields
+        assert reshaped(fields, smoothed_edges) is fields
         assert (fields.occupancy == before.occupancy).all()
         assert (fields.distance == before.distance).all()

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finished liquid in drawing units: its mesh and the drops that fly free."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..mesh.mesh import Mesh
+from ..sketch.local_frame import Frame
+
+if TYPE_CHECKING:
+    from ..refinement.drop_meshes import DropCloud
+
+
+class Drops(NamedTuple):
+    """Drops that fly free, in drawing units.
+
+    Attributes
+    ----------
+    positions, velocities : float32 ``(n, 3)``
+    radii : float32 ``(n,)``
+    meshed : bool ``(n,)``, which of them the splash's mesh holds
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+    meshed: np.ndarray
+
+
+def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
+    """Return free drops in local metres as ones in drawing units."""
+    return Drops(
+        frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
+        frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
+        (cloud.radii / frame.scale).astype(np.float32),
+        cloud.meshed,
+    )
+
+
+def mesh_to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
+    """Return a mesh in local metres as one in drawing units."""
+    vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
+    velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
+    return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A generator out of its weights, and the device that it runs on.
+
+torch is imported on use only: the add-on must be able to say that it is missing.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .weights_file import (
+    TorchMissingError,
+    WeightsError,
+    default_weights_path,
+    read_file,
+    read_header,
+    tensors_hash,
+)
+
+if TYPE_CHECKING:
+    from .generator import Generator
+    from .patch_classifier import PatchClassifier
+    from .splash_unet import SplashNetwork
+
+
+def torch_is_installed() -> bool:
+    """Tell whether torch and safetensors can be imported, without importing them."""
+    return all(importlib.util.find_spec(name) is not None for name in ("torch", "safetensors"))
+
+
+def pick_device(wish: str) -> str:
+    """Return the torch device for a ``SplashSettings.device``; WeightsError if there is none."""
+    import torch
+
+    found = {
+        "CUDA": torch.cuda.is_available(),
+        "MPS": torch.backends.mps.is_available(),
+        "CPU": True,
+    }
+    if wish == "AUTO":
+        wish = next(name for name, usable in found.items() if usable)
+    if not found[wish]:
+        raise WeightsError(f"torch finds no {wish} device here: set Device to Automatic or CPU")
+    return wish.lower()
+
+
+def load_generator(
+    path: Path | None = None, device: str = "AUTO", precision: str = "float32"
+) -> Generator:
+    """Return the generator stored at ``path`` (the bundled one by default).
+
+    device : one of ``SplashSettings.device``. precision : a key of ``precision.PRECISIONS``.
+
+    Its patch classifier is the one beside the weights, or else the bundled one.
+
+    Raises TorchMissingError, WeightsError for a file that is missing, damaged, not ours or of
+    another training than its classifier, or
+    ValueError for a precision that the device does not have (``precision.is_usable``).
+    """
+    if not torch_is_installed():
+        raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")
+    try:
+        import torch  # noqa: F401 (its libraries may fail to load where it is installed)
+    except (ImportError, OSError) as error:
+        raise TorchMissingError(f"PyTorch is installed but does not load: {error}") from error
+    from .generator import Generator
+    from .patch_classifier import load_patch_classifier, patch_classifier_path
+
+    path = default_weights_path() if path is None else Path(path)
+    data = read_file(path)
+    header = read_header(data, path)
+    classifier = load_patch_classifier(patch_classifier_path(path))
+    check_tied(header, classifier, path)
+    network = build_network(data, header, path)
+    digest = tensors_hash(data)
+    return Generator(network, header, digest, pick_device(device), precision, classifier)
+
+
+def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetwork:
+    """Return the network with the tensors in ``data``; WeightsError if they do not fit."""
+    import torch
+    from safetensors import SafetensorError
+    from safetensors.torch import load
+
+    from .splash_unet import NetworkConfig, SplashNetwork
+
+    shape: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in header["network"].items()
+    }
+    try:
+        network = SplashNetwork(NetworkConfig(**shape))
+        tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}
+        network.load_state_dict(tensors)
+    except (SafetensorError, RuntimeError, TypeError, IndexError) as error:
+        raise WeightsError(
+            f"{path} is damaged (its tensors do not fit its header): install the add-on again"
+        ) from error
+    return network
+
+
+def check_tied(header: dict[str, Any], classifier: PatchClassifier, path: Path) -> None:
+    """Raise WeightsError where a generator was trained on another classifier's verdicts.
+
+    Generators from before the classifier's tensors were hashed name none, and are not refused.
+    """
+    if header.get("patch_classifier_hash", classifier.weights_hash) != classifier.weights_hash:
+        raise WeightsError(
+            f"{path} was trained with another patch classifier than the one beside it: put "
+            f"patch_classifier.safetensors of the same training next to it, or choose other weights"
+        )

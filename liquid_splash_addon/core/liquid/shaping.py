@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is done to the generator's liquid before it is meshed and stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ..settings import SplashSettings
+from ..sketch.strokes import Stroke
+from .breakup import broken_up
+from .edge_smoothing import smoothed_edges
+from .fields import Fields
+from .level_set import LevelSet, with_level
+from .stroke_reach import within_reach
+
+
+def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
+    """Return the generator's liquid with smooth edges, kept to Reach and broken up.
+
+    strokes : in local metres and m/s.
+    """
+    return reshaped(
+        fields,
+        smoothed_edges,
+        lambda liquid: within_reach(liquid, strokes, settings.reach),
+        lambda liquid: broken_up(liquid, strokes, settings),
+    )
+
+
+def reshaped(fields: Fields, *steps: Callable[[LevelSet], LevelSet]) -> Fields:
+    """Return the fields after ``steps`` on their level set; where nothing changed, they are kept.
+
+    The occupancy becomes a level once, before the first step, and that occupancy after the last.
+    """
+    before = liquid = LevelSet.of(fields)
+    for step in steps:
+        liquid = step(liquid)
+    return with_level(fields, before.level, liquid.level)
