@@ -1,14 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The splash itself, in NumPy, torch and numba; knows nothing of Blender.
 
-The pipeline, one module a step::
+Rooms, in the order in which a sketch becomes a splash; each imports only from those above it::
 
-    strokes    polylines with a velocity at every point            (paper, 4.1)
-    alignment  the strokes' own frame, found by PCA                (paper, 4.2.3)
-    voxels     strokes on a grid: occupancy and mean velocity      (paper, 4.1)
-    generator  condition + latent -> occupancy, distance, velocity (paper, 4.3)
-    meshing    the surface at phi_air = 0.5, with a velocity at every vertex
-    pipeline   all of it: ``make_splash(strokes, settings, generator)``
+    settings, grid, progress   parameters; metres to cells; how work reports and is cancelled
+    numeric      compiled arithmetic on arrays and cells
+    fluid        the liquid's physics on sparse cells
+    sketch       strokes with a velocity at every point, their local frame  (paper, 4.1, 4.2.3)
+    condition    strokes and the patches between them on a grid             (paper, 4.1)
+    liquid       liquid as fields and as a level set, and how it is shaped
+    generator    condition + latent -> occupancy, distance, velocity        (paper, 4.3)
+    mesh         the surface at phi_air = 0.5, and triangle meshes
+    obstacles    meshes that liquid keeps out of
+    refinement   droplets, ruptures, capillary waves                        (paper, 5)
+    composition  several splashes as one liquid
+    pipeline     all of it: ``make_splash(strokes, settings, generator)``
 
 Conventions
 -----------

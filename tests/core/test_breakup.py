@@ -156,7 +156,7 @@ def test_it_grows_as_rayleigh_says():
     sizes = growth(rate, efold * np.array([2.0, 3.0]), half) + breakup.SLIGHT
     assert sizes == pytest.approx(breakup.DISTURBANCE * np.expm1([2.0, 3.0]))
     assert growth(rate, 0.0, half) == 0
-    assert growth(rate, 100.0, half) == breakup.MOST
+    assert growth(rate, 100.0, half) == breakup.GROWTH_MOST
 
 
 def test_times_of_flight():

@@ -7,7 +7,7 @@ import pytest
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
 from liquid_splash_addon.core.liquid.shaping import reshaped
-from liquid_splash_addon.core.liquid.stroke_reach import RIM, within_reach
+from liquid_splash_addon.core.liquid.stroke_reach import CUT_WIDTH, within_reach
 from liquid_splash_addon.core.mesh.marching_cubes import surface
 from tests.core.sketching import line
 
@@ -71,7 +71,7 @@ def test_only_what_is_near_a_stroke_stays(grid):
     away = away_from(strokes, grid)
     wet, before = kept.occupancy > 0.5, fields.occupancy > 0.5
     assert wet.any() and not wet[away > REACH].any()
-    inner = away < REACH - RIM
+    inner = away < REACH - CUT_WIDTH
     assert (wet[inner] == before[inner]).all(), "what is well inside stays as it was"
     assert not wet[:, CELLS // 2].any(), "the sheet between the strokes is gone"
     assert ((kept.distance < 0) == wet).all()

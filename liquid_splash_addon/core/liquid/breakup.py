@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Thin liquid that has flown for long, broken up by surface tension.
+"""Thin liquid that has flown for long is broken up by surface tension.
 
-The slower a splash is drawn, the longer its liquid is on its way, and thin features do not last
-(paper, Fig. 7). The simulated liquid that generators learn from knows nothing of that: its cells
-are too coarse for surface tension. Here a disturbance grows as on a liquid thread (Rayleigh
-1878), until the thread, or the sheet, has parted.
+The slower a splash is drawn, the longer its liquid is in flight, and thin features do not last
+(paper, Fig. 7). The simulated liquid that generators learn from shows none of this: its cells are
+too coarse for surface tension. Here a disturbance grows as on a liquid thread (Rayleigh 1878),
+until the thread, or the sheet, has parted.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ and what has parted has less surface than before."""
 DISTURBANCE = 0.1
 """Size of the first disturbance over half the liquid's thickness: a splash is no quiet jet."""
 
-SLIGHT, MOST = 0.25, 5.0
+SLIGHT, GROWTH_MOST = 0.25, 5.0
 """Sizes over half the thickness up to which a grown disturbance does not matter, and beyond
 which it grows no more: all has parted by then."""
 
@@ -46,24 +46,24 @@ SWELLING = 2.0
 thread has 1.9 times its radius, one out of a sheet three times."""
 
 FLIGHT = 0.25
-"""Longest way in metres that liquid is taken to have flown; a pen may go on for longer."""
+"""Longest path in metres that liquid is taken to have flown; a pen may go on for longer."""
 
 SLOWEST = 0.05
-"""m/s: a pen that rests says nothing of when the liquid was there."""
+"""m/s, the least speed of flight: a resting pen says nothing about when the liquid was there."""
 
 BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
-"""Half thicknesses in metres that have a disturbance each; between them they are mixed."""
+"""Half thicknesses in metres, each with a disturbance of its own; in between they are mixed."""
 
 WAVES, LENGTHS = 20, (0.85, 1.15)
 """Plane waves in each, and the range of their wavenumbers over the fastest's."""
 
-STROKES = 4
-"""Points of strokes that tell how long liquid has flown, the nearest ones."""
+NEAREST_POINTS = 4
+"""Points of strokes, the nearest ones, that tell how long liquid has flown."""
 
-WINDOW = 2
-"""Cells to each side in which the liquid's thickness is looked for."""
+THICKNESS_WINDOW = 2
+"""Cells to each side in which the liquid's thickness is sought."""
 
-ROUNDING = 1.0
+ROUNDING_BLUR = 1.0
 """Width in cells of the blur by which edges and necks become round."""
 
 
@@ -118,7 +118,7 @@ def growth(rate: float, ages: np.ndarray | float, half: np.ndarray | float) -> n
     rate : GROWTH sqrt(sigma / rho), m^1.5/s; ages : seconds; half : of the thickness, metres.
     """
     exponent = np.minimum(rate * np.asarray(ages) / np.asarray(half) ** 1.5, 10.0)
-    return np.clip(DISTURBANCE * np.expm1(exponent) - SLIGHT, 0.0, MOST)
+    return np.clip(DISTURBANCE * np.expm1(exponent) - SLIGHT, 0.0, GROWTH_MOST)
 
 
 def half_thickness(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -130,22 +130,23 @@ def half_thickness(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     cells = np.argwhere(distance < AIR - 0.01)
     deepest = np.full(distance.shape, -1, dtype=np.float32)  # below 0: no liquid
     in_parts(len(cells), lambda begin, end: _deepest(distance, cells[begin:end], deepest))
-    half = mean_around(deepest, cells, WINDOW)  # where no liquid is near, no disturbance grows
+    # NaN where no liquid is near: there no disturbance grows.
+    half = mean_around(deepest, cells, THICKNESS_WINDOW)
     return cells, np.where(np.isnan(half), AIR, half) + np.float32(0.25)
 
 
 @njit(cache=True, nogil=True)
 def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> None:
-    """Set, in the liquid, the depth of the deepest cell within WINDOW."""
+    """Set, in the liquid, the depth of the deepest cell within THICKNESS_WINDOW."""
     x, y, z = distance.shape
     for n in range(len(cells)):
         i, j, k = cells[n]
         if distance[i, j, k] >= 0:
             continue
         least = np.float32(0)
-        for a in range(max(i - WINDOW, 0), min(i + WINDOW + 1, x)):
-            for b in range(max(j - WINDOW, 0), min(j + WINDOW + 1, y)):
-                for c in range(max(k - WINDOW, 0), min(k + WINDOW + 1, z)):
+        for a in range(max(i - THICKNESS_WINDOW, 0), min(i + THICKNESS_WINDOW + 1, x)):
+            for b in range(max(j - THICKNESS_WINDOW, 0), min(j + THICKNESS_WINDOW + 1, y)):
+                for c in range(max(k - THICKNESS_WINDOW, 0), min(k + THICKNESS_WINDOW + 1, z)):
                     least = min(least, distance[a, b, c])
         deepest[i, j, k] = -least
 
@@ -157,7 +158,7 @@ def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndar
     """
     from scipy.spatial import cKDTree
 
-    count = min(STROKES, len(points))
+    count = min(NEAREST_POINTS, len(points))
     away, nearest = cKDTree(points).query(metres, k=[*range(1, count + 1)], workers=-1)
     weights = (away + LOCAL_SPACING) ** -2
     return np.asarray((weights * ages[nearest]).sum(axis=1) / weights.sum(axis=1))
@@ -237,7 +238,7 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
 
     box = tuple(slice(max(int(a.min()) - 4, 0), int(a.max()) + 5) for a in where)
     inner = tuple(a - side.start for a, side in zip(where, box, strict=True))
-    blurred = gaussian_filter(np.clip(0.5 - level[box], 0, 1), ROUNDING)[inner]
-    width = np.sqrt(2 * np.pi) * ROUNDING  # cells over which a blurred plane's share falls
+    blurred = gaussian_filter(np.clip(0.5 - level[box], 0, 1), ROUNDING_BLUR)[inner]
+    width = np.sqrt(2 * np.pi) * ROUNDING_BLUR  # cells over which a blurred plane's share falls
     moved = (1 - share) * level[where] + share * (0.5 - blurred) * width
     return shifted_to_volume(lambda more: moved + share * more, filled_cells(level[where]))

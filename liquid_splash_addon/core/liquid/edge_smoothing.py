@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edges of which the generator is not sure, made smooth.
+"""Smooth edges where the generator is not sure of them.
 
-Where a sheet ends no stroke tells, and the probability of liquid hovers about one half: the
-generator's patches of 2^3 cells then give ragged rims and specks, as no liquid has them.
+No stroke tells where a sheet ends, so the probability of liquid hovers around one half there: the
+generator's blocks of 2^3 cells then leave ragged rims and specks that no liquid has.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ CERTAIN = 1.5
 """Level, in cells, beyond which the generator is sure: odds of e^3, 20 to 1."""
 
 MOVED = 1.0
-"""Level, in cells, up to which it is changed: beyond, the surface is hardly ever moved."""
+"""Level, in cells, up to which it is changed: farther out the surface hardly ever moves."""
 
 BLUR, BLUR_CELLS = 1.2, 3
-"""Width in cells of the Gaussian that smooths edges, and how far it is summed."""
+"""Width in cells of the Gaussian that smooths edges, and the cells to each side in its sum."""
 
 
 def smoothed_edges(liquid: LevelSet) -> LevelSet:
     """Return the liquid with a smooth surface where the generator is not sure of it.
 
-    There the level is blurred, the more the less it is sure, and shifted so that the volume
-    stays. Drafts are left as they are: their cells are as large as the patches.
+    There the level is blurred, in proportion to the doubt, and shifted so that the volume stays.
+    Drafts are left as they are: their cells are as large as the blocks.
     """
     if liquid.grid.spacing > 1.5 * LOCAL_SPACING or liquid.box is None:
         return liquid

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the generator gives: occupancy, signed distance and velocity on one grid."""
+"""A volumetric splash: occupancy, signed distance and velocity on one grid."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ PHI_CELLS = 4.0
 """Cells over which phi falls from 1 to 0, so that Table 2's phi_band = 0.4 is 1.6 cells."""
 
 AIR = 3.0
-"""Distance, in cells, that stands for "far from the liquid"."""
+"""Distance, in cells, that stands for "far from liquid"."""
 
 NEAREST = 0.1
-"""Least distance, in cells, of a cell to the surface: each is on one side of it."""
+"""Least distance of a cell to the surface, in cells: each cell is on one side of it."""
 
 
 @dataclass(frozen=True)
@@ -104,13 +104,13 @@ def clip_to_band(
     reach: float = AIR,
     start: tuple[int, int, int] = (0, 0, 0),
 ) -> Fields:
-    """Return Fields whose parts agree: occupancy decides where liquid is.
+    """Return Fields whose parts agree, clipped to the band that is known: occupancy decides.
 
     The distance keeps the sign of 0.5 - occupancy, at least NEAREST from the surface, and the
     velocity ends where the distance does.
 
-    reach : greatest distance that is known, cells; start : the cell of ``grid`` where the
-    arrays begin, which may be of a part of it: elsewhere is air.
+    reach : greatest distance that is known, cells; start : the cell of ``grid`` at which the
+    arrays begin; where they cover a part of it, the rest is air.
     """
     shape = grid.shape
     fields = Fields(
@@ -133,7 +133,7 @@ def _clip_to_band(
     distances: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Write what the first three arrays say, once they agree, into the last three."""
+    """Write the first three arrays into the last three, made to agree."""
     nearest = np.float32(NEAREST)
     for i in range(occupancy.shape[0]):
         for j in range(occupancy.shape[1]):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The liquid that refinement works on: the very level that is meshed, and its velocity."""
+"""Liquid as a level set, whose zero is the surface that is meshed, and its velocity."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..numeric.trilinear import velocity_at
 from .fields import AIR, NEAREST, Fields
 from .volume import filled_cells
 
-SURE = 1e-4
-"""Probability, of liquid or of air, that no cell is under: logarithms stay finite."""
+LEAST_PROBABILITY = 1e-4
+"""Least probability, of liquid or of air, in any cell: logarithms stay finite."""
 
-FLOW = 4
-"""Cells around the liquid's box in which velocity is looked for too: some is known there."""
+FLOW_MARGIN = 4
+"""Cells around the liquid's box in which velocity is looked up too: some is known there."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class LevelSet:
     def distance(self) -> np.ndarray:
         """Signed distance to the surface in cells, float32 ``(X, Y, Z)``, clipped at +-AIR.
 
-        The level itself is steep where the generator was sure and flat where it was not.
+        The level is no distance: steep where the generator was sure, flat where it was not.
         """
         out = np.full(self.level.shape, AIR, dtype=np.float32)
         box = self.box
@@ -64,7 +64,7 @@ class LevelSet:
     def flow_at(self, positions: np.ndarray, instead: np.ndarray | None = None) -> np.ndarray:
         """Return the velocity at ``positions`` ``(n, 3)`` (cells), cells per second.
 
-        Where it is not known, so far from the liquid, it is that at ``instead`` ``(n, 3)``, or 0.
+        Where none is known, far from the liquid, it is that at ``instead`` ``(n, 3)``, or 0.
         """
         out = np.zeros((len(positions), 3))
         other = positions if instead is None else instead
@@ -74,11 +74,11 @@ class LevelSet:
 
     @cached_property
     def _flow_last(self) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity around the liquid with its components last, and where that begins, cells.
+        """Velocity around the liquid, components last, and the cell at which the array begins.
 
-        ``(x, y, z, 3)``: one place in memory a cell. The outermost cells know none.
+        ``(x, y, z, 3)``: a cell's velocity lies in one place. The outermost cells have none.
         """
-        box = wider(self.box or (slice(0, 1),) * 3, FLOW)
+        box = wider(self.box or (slice(0, 1),) * 3, FLOW_MARGIN)
         near = np.moveaxis(self.velocity[(slice(None), *box)], 0, -1)
         corner = np.array([side.start - 1.0 for side in box])
         return np.pad(near, ((1, 1), (1, 1), (1, 1), (0, 0))), corner
@@ -122,15 +122,15 @@ def wider(box: tuple[slice, ...], margin: int) -> tuple[slice, ...]:
 def surface_level(fields: Fields, threshold: float) -> np.ndarray:
     """Return the field whose zero level is the surface, in cells, float32 ``(X, Y, Z)``.
 
-    It is the difference of the logits of ``threshold`` and occupancy, taken as one cell for a
+    It is half the difference of the logits of ``threshold`` and occupancy, so that a cell is a
     factor e^2 of the odds: continuous in the threshold, negative exactly where occupancy is
-    above it. The distance alone would lose sheets that the generator is not sure of.
+    above it. The network's distance alone would lose sheets that it is not sure of.
     """
     surface_logit = np.log(threshold / (1 - threshold))
-    air = np.log(SURE / (1 - SURE))
+    air = np.log(LEAST_PROBABILITY / (1 - LEAST_PROBABILITY))
     level = np.full(fields.occupancy.shape, (surface_logit - air) / 2, dtype=np.float32)
-    near = np.flatnonzero(fields.occupancy > SURE)  # a few cells in a hundred
-    odds = np.minimum(fields.occupancy.ravel()[near], 1 - SURE)
+    near = np.flatnonzero(fields.occupancy > LEAST_PROBABILITY)  # a few cells in a hundred
+    odds = np.minimum(fields.occupancy.ravel()[near], 1 - LEAST_PROBABILITY)
     level.ravel()[near] = (surface_logit - np.log(odds / (1 - odds))) / 2
     return level
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Level sets, negative in the liquid, smooth_union or smooth_maximum with a smooth joint."""
+"""Union and intersection of level sets, negative in the liquid, with a smooth joint."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def smooth_union(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
-    """Return the smooth minimum of levels: that of the lowest two, whatever their order.
+    """Return the smooth minimum of levels: of the lowest two, in whatever order they come.
 
     Quilez's quadratic: lower than the minimum by ``blend`` / 4 where both are equal, and not at
     all where they differ by ``blend``.
@@ -23,5 +23,5 @@ def smooth_union(levels: Sequence[np.ndarray], blend: float) -> np.ndarray:
 
 
 def smooth_maximum(level: np.ndarray, other: np.ndarray, width: float) -> np.ndarray:
-    """Return the smooth maximum of two levels: the liquid that is in both, round at its edge."""
+    """Return the smooth maximum of two levels: the liquid in both, with a round edge."""
     return -smooth_union([-level, -other], width)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Liquid kept near its strokes, where a user wants lines rather than the sheets between them."""
+"""Keep liquid near its strokes, where a user wants lines rather than the sheets between them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..sketch.strokes import Stroke, resampled_points
 from .level_set import LevelSet
 from .smooth_csg import smooth_maximum
 
-RIM = 2.0
-"""Width in cells of the round edge where a sheet is smooth_maximum."""
+CUT_WIDTH = 2.0
+"""Width in cells of the round edge where a sheet is cut."""
 
 
 def within_reach(liquid: LevelSet, strokes: Sequence[Stroke], reach: float) -> LevelSet:
@@ -22,15 +22,15 @@ def within_reach(liquid: LevelSet, strokes: Sequence[Stroke], reach: float) -> L
 
     strokes : in local metres, as the liquid; reach : 0 for no bound.
 
-    A generator spans sheets between strokes, as splashes do. Letters and thin figures are drawn
-    with strokes that mean no sheet (paper, Fig. 14), and nothing in them says so.
+    A generator fills sheets between strokes, as splashes do. Letters and thin figures are drawn
+    with strokes that mean no sheet (paper, Fig. 14), and nothing in the strokes says so.
     """
     if reach == 0:
         return liquid
-    cells = np.nonzero(liquid.level < RIM)  # farther out there is air already
+    cells = np.nonzero(liquid.level < CUT_WIDTH)  # farther out there is air already
     away = stroke_distance(np.stack(cells, axis=1) + 0.5, strokes, liquid.grid)
     level = liquid.level.copy()
-    level[cells] = smooth_maximum(level[cells], away - reach / liquid.grid.spacing, RIM)
+    level[cells] = smooth_maximum(level[cells], away - reach / liquid.grid.spacing, CUT_WIDTH)
     return replace(liquid, level=level)
 
 

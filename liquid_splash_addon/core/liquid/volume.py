@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much liquid a level set holds, and how it keeps that."""
+"""The volume of a level set, and levels shifted so as to keep it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ FARTHEST = 40.0
 
 
 def filled_cells(level: np.ndarray) -> float:
-    """Return the volume in cells of those of ``level``; one the surface cuts counts in part."""
+    """Return the volume of liquid in cells; a cell that the surface cuts counts in part."""
     return float(np.clip(0.5 - level, 0.0, 1.0).sum(dtype=np.float64))
 
 
 def shifted_to_volume(shifted: Callable[[float], np.ndarray], volume: float) -> np.ndarray:
-    """Return ``shifted(more)``, a level, for the number that gives it ``volume``, in cells.
+    """Return the level ``shifted(more)`` for the number that gives it ``volume``, in cells.
 
-    The greater the number, the less liquid. ``shifted(0)`` if none up to FARTHEST does: then it
-    is hardly shifted by any.
+    The greater the number, the less liquid. Returns ``shifted(0)`` if no number up to FARTHEST
+    does, as for a level that hardly moves with it.
     """
     from scipy.optimize import brentq
 

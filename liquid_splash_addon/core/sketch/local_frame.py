@@ -77,7 +77,7 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     """Return the local frame of ``strokes``.
 
     The origin is the centroid, the axes are the principal axes of the strokes resampled at
-    half a cell, turned where two of them are near equal (:func:`settled_axes`). Axes 1 and 2
+    half a cell, turned where two of them are near equal (:func:`resolved_axes`). Axes 1 and 2
     point along the mean flow; where there is none along the skewness, and in symmetric sketches
     from the strokes drawn first to those drawn last. Axis 3 is their cross product.
 
@@ -95,7 +95,7 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     order = np.repeat(np.arange(len(dense)), [len(stroke.points) for stroke in dense])
     centre, axes, variances = principal_axes(positions)
     chord = strokes[0].points[-1].astype(np.float64) - strokes[0].points[0]
-    axes = settled_axes(axes, variances, chord)
+    axes = resolved_axes(axes, variances, chord)
     speed = np.linalg.norm(velocities, axis=1).mean()
     first, second = (
         axis_sign(velocities @ axis / max(speed, 1e-30), (positions - centre) @ axis, order) * axis
@@ -112,11 +112,11 @@ def principal_axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return centre, columns.T[::-1], variances[::-1]
 
 
-def settled_axes(axes: np.ndarray, variances: np.ndarray, chord: np.ndarray) -> np.ndarray:
-    """Return the axes (rows), turned in the plane of near-equal ones towards ``chord`` ``(3,)``.
+def resolved_axes(axes: np.ndarray, variances: np.ndarray, chord: np.ndarray) -> np.ndarray:
+    """Turn axes (rows) of near-equal variance in their plane, towards ``chord`` ``(3,)``.
 
-    A crown has no principal axis in its plane: any two are as good, and rounding would choose.
-    The first stroke's chord turns with the strokes.
+    A crown has no principal axis in its plane: any two would do, and rounding would choose.
+    The chord of the first stroke turns with the strokes.
     """
     axes = axes.copy()
     for first, second in ((0, 1), (1, 2)):
@@ -141,7 +141,7 @@ def longest_side(polylines: Sequence[np.ndarray]) -> float:
     still = [Stroke(points, np.zeros_like(points)) for points in polylines]
     positions, _ = resampled_points(still, 2 * radius / PROVISIONAL_POINTS)
     _, axes, variances = principal_axes(positions.astype(np.float64))
-    axes = settled_axes(axes, variances, polylines[0][-1] - polylines[0][0])
+    axes = resolved_axes(axes, variances, polylines[0][-1] - polylines[0][0])
     return float(np.ptp(together @ axes.T, axis=0).max())
 
 

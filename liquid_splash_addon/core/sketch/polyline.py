@@ -9,9 +9,9 @@ from numba import njit
 
 @njit(cache=True)
 def interpolated(targets: np.ndarray, along: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Return the rows of a table at ``targets``, float32 ``(m, c)``, linearly between its own.
+    """Interpolate the rows of a table linearly at ``targets``, float32 ``(m, c)``.
 
-    As np.interp of each column, which took most of the time that it takes to read a sketch.
+    As np.interp of each column, which took most of the time of reading a sketch.
 
     targets : float64 ``(m,)``, rising; along : float64 ``(n,)``, where the rows of ``table``,
     float64 ``(n, c)``, are.

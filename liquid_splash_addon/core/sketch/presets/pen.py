@@ -80,7 +80,7 @@ class SketchPreset(Settings):
             lengths = 1 - self.asymmetry * SHORTER * rng.uniform(0, 1, len(paths)) ** 2
             hastes = 1 + self.asymmetry * HASTE * rng.uniform(-1, 1, len(paths))
             layers[name] = [
-                draw(swayed(cut(path, length), self.asymmetry, waves), speed * haste)
+                draw(swayed(shortened(path, length), self.asymmetry, waves), speed * haste)
                 for path, length, haste in zip(paths, lengths, hastes, strict=True)
             ]
         return layers
@@ -112,7 +112,7 @@ def swayed(path: np.ndarray, amount: float, waves: tuple[np.ndarray, ...]) -> np
     return path + amount * share * (np.sin(path @ vectors.T + phases) @ amplitudes)
 
 
-def cut(path: np.ndarray, share: float) -> np.ndarray:
+def shortened(path: np.ndarray, share: float) -> np.ndarray:
     """Return the first ``share`` of the length of ``path`` ``(n, 3)``, with as many points."""
     along = arc_length(path)
     if share >= 1:
