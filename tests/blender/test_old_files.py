@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files saved by earlier versions still open, are refined and made anew."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from liquid_splash_addon.blender.scene.mesh_object import FIELDS
+from liquid_splash_addon.core.liquid.fields import Fields
+from tests.blender.sketching import vertices
+
+BEFORE_ROOMS = Path(__file__).resolve().parents[1] / "data" / "before_rooms.blend"
+"""A jet with droplets and an obstacle, 64 cells, float32, saved by commit fb49e92 in Blender 4.5."""
+
+CELL = 0.4 / 64 / 0.165
+"""Of that draft, Blender units: the sketch is two units long, 0.33 m in the real world."""
+
+
+@pytest.fixture
+def splash():
+    """Return the splash of the file."""
+    bpy.ops.wm.open_mainfile(filepath=str(BEFORE_ROOMS))
+    found = bpy.context.active_object
+    assert found.splash.is_splash
+    return found
+
+
+def farthest(splash, before):
+    """Return how far the surface is from where it was, Blender units: the 99th percentile."""
+    away, _ = cKDTree(before).query(vertices(splash))
+    return np.quantile(away, 0.99)
+
+
+def test_an_old_file_has_its_settings_and_its_liquid(splash):
+    memory = splash.splash
+    assert memory.settings.seed == 3 and memory.settings.variation == pytest.approx(0.5)
+    assert memory.settings.surface_threshold == pytest.approx(0.45)
+    assert [item.kind for item in splash.splash_stack.items] == ["DROPLETS", "WAVES"]
+    assert splash.splash_stack.items[0].droplets.amount == pytest.approx(0.004)
+    assert splash.splash_obstacles.collection.name == "Stones"
+    fields = Fields.from_bytes(bytes(splash.data[FIELDS]))
+    assert fields.grid.shape == (64, 64, 64) and (fields.occupancy > 0.5).sum() > 1000
+
+
+def test_an_old_file_is_refined_anew(splash):
+    before = vertices(splash)
+    droplets = splash.splash_stack.items[0].droplets
+    droplets.amount = 0.002
+    assert not splash.splash_stack.warnings
+    assert len(vertices(splash)) != len(before)
+    droplets.amount = 0.004
+    assert farthest(splash, before) < CELL / 10
+
+
+def test_an_old_file_is_made_anew_with_the_same_weights(splash):
+    splash.splash_stack.items[0].show = False  # droplets fly elsewhere if a cell's last bit changes
+    before = vertices(splash)
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+    assert "Other weights" not in splash.splash.warnings
+    assert not splash.splash_stack.warnings
+    assert farthest(splash, before) < CELL / 100
