@@ -16,7 +16,7 @@
     drop_points    the drops that fly free, as a point cloud
     layers         a splash for each layer of a sketch; targets tells which splash is meant
     model          several splashes as one: model_parts lists them, model_evaluation joins them
-    live           evaluates what was changed, splash or model, in a thread
+    scheduler      evaluates what was changed, splash or model, in a thread
     properties, preferences, operators, panels   what Blender registers
 """
 
@@ -26,7 +26,7 @@ import os
 import bpy
 
 from .data import model, preferences, properties, refinements
-from .jobs import compose, live, refine
+from .jobs import compose, refine, scheduler
 from .scene import model_parts, obstacles
 from .ui import (
     model_operators,
@@ -46,7 +46,7 @@ MODULES = (
     preferences,
     refine,
     compose,
-    live,
+    scheduler,
     model_parts,
     operators,
     model_operators,

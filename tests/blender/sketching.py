@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
-from liquid_splash_addon.blender.ui import sketch as sketches
+from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.core.condition.voxelize import VELOCITY, Condition
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields

@@ -155,7 +155,7 @@ import liquid_splash_addon
 liquid_splash_addon.register()
 from tests.blender.sketching import add_sketch, fan, generate, splashes
 from tests.blender.test_panels import drawn
-from liquid_splash_addon.blender.panels import SPLASH_PT_main
+from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
 said = drawn(SPLASH_PT_main).replace(" ", "")  # lines are broken to fit
 assert "Notinstalled:torch." in said and sys.executable + '"-mpipinstall' in said, said
 add_sketch(fan())

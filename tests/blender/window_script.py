@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import compose, job, live, loaded_generator, refine
-from liquid_splash_addon.blender.ui.sketch import add_strokes
+from liquid_splash_addon.blender.jobs import compose, job, loaded_generator, refine, scheduler
+from liquid_splash_addon.blender.scene.sketch import add_strokes
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
 PATIENCE = 60.0
@@ -143,7 +143,7 @@ def refining() -> Iterator[Condition]:
     def is_evaluated() -> bool:
         (splash,) = splashes()
         now = refine.task_of(splash).name
-        return splash.splash_stack.evaluated == now and not live.stage_of(splash)
+        return splash.splash_stack.evaluated == now and not scheduler.stage_of(splash)
 
     def count() -> int:
         return len(splashes()[0].data.vertices)
@@ -191,7 +191,7 @@ def mistaken() -> Iterator[Condition]:
         return bpy.data.objects[name]
 
     def is_evaluated() -> bool:
-        return not live.stage_of(splash())
+        return not scheduler.stage_of(splash())
 
     def state() -> tuple[int, str, int]:
         stack = splash().splash_stack
@@ -252,7 +252,7 @@ def joining() -> Iterator[Condition]:
 
     def is_evaluated() -> bool:
         now = compose.task_of(model()).name
-        return model().splash_model.evaluated == now and not live.stage_of(model())
+        return model().splash_model.evaluated == now and not scheduler.stage_of(model())
 
     def hidden() -> list[bool]:
         return [item.hide_viewport and item.hide_render for item in splashes()]

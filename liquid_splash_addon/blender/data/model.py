@@ -22,9 +22,9 @@ from .properties import settings_properties
 
 def changed(group: Any, _context: bpy.types.Context) -> None:
     """Evaluate the model anew after a change by hand or by script."""
-    from ..jobs import live
+    from ..jobs import scheduler
 
-    live.request(group.id_data)
+    scheduler.request(group.id_data)
 
 
 class SplashModelSettingsGroup(bpy.types.PropertyGroup):

@@ -2,7 +2,7 @@
 """Evaluate a model anew whenever it or one of its splashes changes.
 
 From the fields that each splash stores, refined by its own list. When and in which thread: see
-live.
+scheduler.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..data.model import SplashPartGroup
 from ..data.properties import to_settings
 from ..scene import drop_points, mesh_object, model_parts
 from ..scene.obstacles import obstacles_of
-from . import live, refine
+from . import refine, scheduler
 from .generate import SceneError, check_writable
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     model_parts.settle()
 
 
-KIND = live.Kind(
+KIND = scheduler.Kind(
     owns=lambda item: item.splash_model.is_model,
     memory=lambda item: item.splash_model,
     task_of=task_of,
@@ -199,7 +199,7 @@ KIND = live.Kind(
 
 def register() -> None:
     """Have models evaluated."""
-    live.add(KIND)
+    scheduler.add(KIND)
 
 
 def unregister() -> None:

@@ -16,7 +16,7 @@ from ..data.properties import to_settings
 from ..scene import mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
 from ..scene.targets import Target, splashes_of
-from . import generate, live
+from . import generate, scheduler
 from .generate import SceneError
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def write(
     """
     warnings = list(request.warnings)
     made = 0
-    with live.held():
+    with scheduler.held():
         for run, result in zip(request.runs, results, strict=True):
             if isinstance(result, StrokeError):
                 warnings.append(f"Layer '{run.layer}': {result}")

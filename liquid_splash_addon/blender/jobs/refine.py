@@ -2,7 +2,7 @@
 """Refine a splash anew whenever its list of refinements changes, like a stack of modifiers.
 
 Always from the generator's output, which is stored with the mesh, never from the refined mesh.
-When and in which thread: see live.
+When and in which thread: see scheduler.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..data.properties import plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, mesh_object
 from ..scene.obstacles import obstacles_of
-from . import live
+from . import scheduler
 from .generate import SceneError, check_writable, frame_from_text
 
 if TYPE_CHECKING:
@@ -138,15 +138,15 @@ def remember(splash: bpy.types.Object, name: str, gained: list[float], said: lis
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
     stack.warnings = "\n".join(dict.fromkeys(said))
     for model in models_of(splash):
-        live.request(model)
+        scheduler.request(model)
 
 
 def evaluate(splash: bpy.types.Object) -> None:
     """Refine ``splash`` now. Raises SceneError, and ValueError for damaged fields."""
-    live.evaluate(splash, KIND)
+    scheduler.evaluate(splash, KIND)
 
 
-KIND = live.Kind(
+KIND = scheduler.Kind(
     owns=lambda item: item.splash.is_splash,
     memory=lambda item: item.splash_stack,
     task_of=task_of,
@@ -157,7 +157,7 @@ KIND = live.Kind(
 
 def register() -> None:
     """Have splashes evaluated."""
-    live.add(KIND)
+    scheduler.add(KIND)
 
 
 def unregister() -> None:

@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..data.model import models_of
-from ..jobs import generate_layers, live
+from ..jobs import generate_layers, scheduler
 from ..jobs.generate import SceneError, select_only
 from ..scene import model_parts
 from ..scene.targets import find_target, splashes_of
@@ -131,9 +131,9 @@ class ModelOperator:
         """Change the list, then evaluate."""
         model = context.active_object
         try:
-            with live.held():
+            with scheduler.held():
                 self.change(context, model)
-                live.request(model)
+                scheduler.request(model)
         except ValueError as error:
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}

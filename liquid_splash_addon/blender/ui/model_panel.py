@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ...core.refinement.settings import WaveSettings
-from ..jobs import live
+from ..jobs import scheduler
 from . import model_operators as operators
 from .panels import SplashPanel, draw_text
 
@@ -80,7 +80,7 @@ class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
             column.prop(model.splash_obstacles, "clearance")
         layout.operator(operators.SPLASH_OT_model_update.bl_idname, icon="FILE_REFRESH")
         # The first use compiles: that takes seconds, and should not look idle.
-        if text := live.stage_of(model) or group.summary:
+        if text := scheduler.stage_of(model) or group.summary:
             layout.label(text=text)
         for warning in filter(None, group.warnings.split("\n")):
             draw_text(layout.box(), context, warning, "ERROR")

@@ -216,7 +216,7 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object and enter draw mode."""
-        from . import sketch
+        from ..scene import sketch
 
         sketch.start_drawing(context, sketch.new_sketch(context))
         return {"FINISHED"}

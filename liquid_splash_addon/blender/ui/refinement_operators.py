@@ -9,7 +9,7 @@ from bpy.props import EnumProperty
 from ...core.refinement.presets import PRESETS
 from ...core.refinement.settings import KINDS
 from ..data.refinements import ITEMS, add_step
-from ..jobs import live, refine
+from ..jobs import refine, scheduler
 from ..jobs.generate import check_writable
 from ..scene import drop_points
 from .panels import shown_splash
@@ -47,7 +47,7 @@ class StackOperator:
             if bpy.app.background:
                 refine.evaluate(splash)
             else:
-                live.request(splash)
+                scheduler.request(splash)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -151,7 +151,7 @@ class SPLASH_OT_drop_points(bpy.types.Operator):
         try:
             check_writable(item)
             drop_points.ensure(item)
-            live.evaluate(item)
+            scheduler.evaluate(item)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

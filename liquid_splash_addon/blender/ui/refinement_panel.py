@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..jobs import live
+from ..jobs import scheduler
 from . import refinement_operators as operators
 from .panels import SplashPanel, draw_text, shown_splash
 
@@ -76,7 +76,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         draw_settings(layout, stack)
         layout.operator(operators.SPLASH_OT_drop_points.bl_idname, icon="POINTCLOUD_DATA")
         # The first use of a kind compiles it: that takes seconds, and should not look idle.
-        if text := live.stage_of(splash) or stack.summary:
+        if text := scheduler.stage_of(splash) or stack.summary:
             layout.label(text=text)
         for warning in filter(None, stack.warnings.split("\n")):
             draw_text(layout.box(), context, warning, "ERROR")

@@ -10,7 +10,8 @@ from bpy.props import EnumProperty
 
 from ...core.sketch.presets import PRESETS, SketchPreset
 from ..data.properties import plain, settings_properties
-from . import operators, sketch
+from ..scene import sketch
+from . import operators
 
 ITEMS = [(name, preset.label, preset.about) for name, preset in PRESETS.items()]
 
