@@ -11,7 +11,7 @@
     job            a run in a worker thread, with progress and cancelling
     dependencies   packages that Blender does not bring along, and how to install them
     generators     loaded weights, kept until the add-on goes
-    obstacles      the meshes that each splash keeps out of
+    obstacle_group, obstacles   the meshes that each splash keeps out of
     refinements    the list of refinements on each splash; evaluation refines anew on a change
     drop_points    the drops that fly free, as a point cloud
     layers         a splash for each layer of a sketch; targets tells which splash is meant
@@ -25,9 +25,9 @@ import os
 
 import bpy
 
-from .data import model, preferences, properties, refinements
+from .data import model, obstacle_group, preferences, properties, refinements
 from .jobs import compose, refine, scheduler
-from .scene import model_parts, obstacles
+from .scene import model_parts
 from .ui import (
     model_operators,
     model_panel,
@@ -42,7 +42,7 @@ MODULES = (
     properties,
     model,
     refinements,
-    obstacles,
+    obstacle_group,
     preferences,
     refine,
     compose,

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import bpy
 from bpy.props import (
@@ -18,13 +17,7 @@ from bpy.props import (
 from ...core.refinement.settings import WaveSettings
 from ...core.settings import ModelSettings
 from .properties import settings_properties
-
-
-def changed(group: Any, _context: bpy.types.Context) -> None:
-    """Evaluate the model anew after a change by hand or by script."""
-    from ..jobs import scheduler
-
-    scheduler.request(group.id_data)
+from .revisions import changed
 
 
 class SplashModelSettingsGroup(bpy.types.PropertyGroup):

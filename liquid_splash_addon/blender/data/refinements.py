@@ -16,8 +16,8 @@ from bpy.props import (
 )
 
 from ...core.refinement.settings import KINDS, RefinementSettings
-from .model import changed
 from .properties import assign_settings, settings_properties, to_settings
+from .revisions import changed
 
 ITEMS = [(kind, settings.label, settings.about) for kind, settings in KINDS.items()]
 

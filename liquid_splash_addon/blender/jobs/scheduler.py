@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 
+from ..data import revisions
 from .generate import by_uid
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
@@ -200,7 +201,8 @@ def add(kind: Kind) -> None:
 
 
 def register() -> None:
-    """Follow undo and redo."""
+    """Follow what is changed, undo and redo."""
+    revisions.listen(request)
     for handlers in HANDLERS:
         handlers.append(refresh)
 
@@ -208,6 +210,7 @@ def register() -> None:
 def unregister() -> None:
     """Stop what is running."""
     global _running
+    revisions.ignore(request)
     for handlers in HANDLERS:
         handlers.remove(refresh)
     if bpy.app.timers.is_registered(_tick):

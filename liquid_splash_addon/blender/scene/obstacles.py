@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, PointerProperty
 
-from ..data.model import changed
 from ..data.properties import plain
 from .grease_pencil import rigid_matrix
 
@@ -19,24 +17,6 @@ if TYPE_CHECKING:
 
 SOLID_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")
 """Objects whose evaluated form has faces."""
-
-
-class SplashObstaclesGroup(bpy.types.PropertyGroup):
-    """What a splash or a model keeps out of."""
-
-    collection: PointerProperty(
-        type=bpy.types.Collection,
-        name="Obstacles",
-        description="The liquid flows around the objects of this collection, and is cut where it "
-        "would be inside them",
-        update=changed,
-    )
-    clearance: FloatProperty(
-        name="Clearance",
-        description="Air between liquid and obstacles, in cells of the splash",
-        default=0.25, min=0.0, max=8.0, soft_max=4.0, precision=2, step=5,
-        update=changed,
-    )  # fmt: skip
 
 
 def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
@@ -85,18 +65,3 @@ def evaluated_mesh(
         shown.to_mesh_clear()
     matrix = np.array(item.matrix_world)
     return vertices @ matrix[:3, :3].T + matrix[:3, 3], faces
-
-
-register_classes, unregister_classes = bpy.utils.register_classes_factory((SplashObstaclesGroup,))
-
-
-def register() -> None:
-    """Add ``Object.splash_obstacles``."""
-    register_classes()
-    bpy.types.Object.splash_obstacles = PointerProperty(type=SplashObstaclesGroup)
-
-
-def unregister() -> None:
-    """Remove ``Object.splash_obstacles``."""
-    del bpy.types.Object.splash_obstacles
-    unregister_classes()
