@@ -10,13 +10,14 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ... import __package__ as base_package
+ADDON = __package__.removesuffix(".blender.data")
+"""Name of the add-on's package, by which Blender knows it."""
 
 
 class SPLASH_AP_preferences(bpy.types.AddonPreferences):
     """Where the generator comes from."""
 
-    bl_idname = base_package
+    bl_idname = ADDON
 
     weights_path: StringProperty(
         name="Weights",
@@ -56,7 +57,7 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
 
 def own(context: bpy.types.Context) -> Any:
     """Return the add-on's preferences; None where it was registered by hand, as tests do."""
-    entry = context.preferences.addons.get(base_package)
+    entry = context.preferences.addons.get(ADDON)
     return entry.preferences if entry else None
 
 
