@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.data.properties import to_settings
-from liquid_splash_addon.blender.jobs.generate import frame_from_text
 from liquid_splash_addon.blender.scene.mesh_object import FIELDS
 from liquid_splash_addon.core.liquid.fields import Fields
 from tests.blender.sketching import (

@@ -19,9 +19,9 @@ from ...core.settings import ModelSettings
 from ..data.model import SplashPartGroup
 from ..data.properties import to_settings
 from ..scene import drop_points, mesh_object, model_parts
+from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_of
 from . import refine, scheduler
-from .generate import SceneError, check_writable
 
 if TYPE_CHECKING:
     from ...core.composition.model import Composed, Composer, Part

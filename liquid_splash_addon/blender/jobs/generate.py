@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import time
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,24 +19,23 @@ import numpy as np
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, check_drawings, drawing_scale, strokes_from_drawings
 from ...core.sketch.local_frame import Frame
+from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
+from ..data.version import addon_version
 from ..scene import drop_points, mesh_object
 from ..scene.grease_pencil import read_drawings
+from ..scene.objects import SceneError, by_uid, check_writable, select_only
 from ..scene.obstacles import obstacles_of
 from ..scene.targets import Target
-from . import dependencies, loaded_generator
+from . import dependencies, loaded_generator, refine
 
 if TYPE_CHECKING:
     from ...core.mesh.marching_cubes import Mesh
     from ...core.obstacles.obstacles import Obstacle
     from ...core.pipeline import Drops, Report
     from ...core.refinement.settings import RefinementSettings
-
-
-class SceneError(ValueError):
-    """Something in the scene that stands in the way; the message says what to do."""
 
 
 @dataclass(frozen=True)
@@ -135,19 +133,6 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
     )
 
 
-def check_writable(splash: bpy.types.Object) -> None:
-    """Raise SceneError if the mesh of ``splash`` cannot be replaced now."""
-    name = splash.name
-    if splash.type != "MESH":
-        raise SceneError(f"'{name}' is no longer a mesh: make a new splash from its sketch")
-    if not (splash.is_editable and splash.data.is_editable):
-        raise SceneError(f"'{name}' is linked from another file: make it local first")
-    if splash.mode != "OBJECT":
-        raise SceneError(f"'{name}' is being edited: switch to Object Mode first")
-    if splash.data.shape_keys is not None:
-        raise SceneError(f"'{name}' has shape keys, which cannot follow: remove them first")
-
-
 def compute(request: Request, report: Report) -> Result:
     """Make the splash; no bpy here. Raises what core raises."""
     from ...core.pipeline import make_splash
@@ -233,8 +218,6 @@ def remember(
     splash: bpy.types.Object, sketch: bpy.types.Object, request: Request, result: Result
 ) -> None:
     """Note on the splash how it was made."""
-    from . import refine
-
     memory = splash.splash
     assign_settings(memory.settings, request.settings)
     memory.version = addon_version()
@@ -248,41 +231,3 @@ def remember(
     memory.warnings = "\n".join(result.warnings)
     mesh_object.remember_place(splash, sketch)
     refine.remember(splash, refine.task_of(splash).name, [], [])
-
-
-def by_uid(uid: int) -> bpy.types.Object | None:
-    """Return the object of this session id."""
-    return next((item for item in bpy.data.objects if item.session_uid == uid), None)
-
-
-def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
-    """Select ``item`` alone and make it the active object."""
-    for other in context.selected_objects:
-        other.select_set(False)
-    item.select_set(True)
-    context.view_layer.objects.active = item
-
-
-def frame_to_text(frame: Frame) -> str:
-    """Return a frame's 13 numbers (axes, centre, scale) as text, exactly."""
-    numbers = [*np.ravel(frame.axes), *frame.centre, frame.scale]
-    return " ".join(repr(float(number)) for number in numbers)
-
-
-def frame_from_text(text: str) -> Frame:
-    """Return the frame that :func:`frame_to_text` wrote."""
-    numbers = np.array([float(word) for word in text.split()])
-    return Frame(numbers[:9].reshape(3, 3), numbers[9:12], float(numbers[12]))
-
-
-@lru_cache
-def addon_version() -> str:
-    """Return the version in the manifest, which lies beside the package when it is installed."""
-    import tomllib
-
-    package = Path(__file__).resolve().parents[2]
-    for folder in (package, package.parent):
-        manifest = folder / "blender_manifest.toml"
-        if manifest.is_file():
-            return str(tomllib.loads(manifest.read_text(encoding="utf-8"))["version"])
-    return "unknown"

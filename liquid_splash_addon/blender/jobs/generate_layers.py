@@ -15,9 +15,9 @@ from ..data.model import models_of
 from ..data.properties import to_settings
 from ..scene import mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
+from ..scene.objects import SceneError, by_uid, select_only
 from ..scene.targets import Target, splashes_of
 from . import generate, scheduler
-from .generate import SceneError
 
 if TYPE_CHECKING:
     from ...core.pipeline import Report
@@ -122,7 +122,7 @@ def write(
             made += 1
         if not made and not request.kept:
             raise SceneError(" / ".join(warnings))
-        sketch = generate.by_uid(request.sketch)
+        sketch = by_uid(request.sketch)
         if sketch is None:
             raise SceneError("The sketch was deleted meanwhile")
         stay_with(sketch, context)
@@ -147,10 +147,11 @@ def join(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Obje
     free = [splash for splash in splashes if not models_of(splash)]
     if found:
         model_parts.add_parts(found[0], free)
+        scheduler.request(found[0])
         return found[0]
     if len(free) > 1:
         model = model_parts.new_model(context, free)
         if sketch.mode == "OBJECT":  # else leave the artist in the middle of the drawing
-            generate.select_only(context, model)
+            select_only(context, model)
         return model
     return None

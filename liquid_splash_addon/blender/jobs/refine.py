@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..data.frame_text import frame_from_text
 from ..data.model import models_of
 from ..data.properties import plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, mesh_object
+from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_of
 from . import scheduler
-from .generate import SceneError, check_writable, frame_from_text
 
 if TYPE_CHECKING:
     from ...core.mesh.marching_cubes import Mesh

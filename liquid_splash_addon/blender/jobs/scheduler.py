@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 
 from ..data import revisions
-from .generate import by_uid
+from ..scene.objects import by_uid
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:

@@ -10,11 +10,10 @@ import bpy
 import numpy as np
 
 from ..data.model import models, models_of, splashes_in
-from ..jobs import scheduler
-from ..jobs.generate import SceneError
 from . import mesh_object
 from .grease_pencil import rigid_matrix
 from .material import water_material
+from .objects import SceneError
 
 NAME = "Splash Model"
 
@@ -53,14 +52,12 @@ def add_parts(model: bpy.types.Object, splashes: Sequence[bpy.types.Object]) -> 
     """
     check_free(splashes, model)
     group, known = model.splash_model, splashes_in(model)
-    with scheduler.held():
-        for splash in splashes:
-            if splash not in known:
-                part = group.parts.add()
-                part.name, part.splash = splash.name, splash
-                group.active = len(group.parts) - 1
-                follow(splash, model)
-        scheduler.request(model)
+    for splash in splashes:
+        if splash not in known:
+            follow(splash, model)
+            part = group.parts.add()
+            part.name, part.splash = splash.name, splash
+            group.active = len(group.parts) - 1
 
 
 def remove_part(model: bpy.types.Object, number: int) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
-from ..jobs.generate import select_only
+from .objects import enter_object_mode, select_only
 
 INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
@@ -46,18 +46,12 @@ def new_sketch(
 
 def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
     """Make ``sketch`` active and enter draw mode, on a plane through the 3D cursor."""
-    leave_mode(context)
+    enter_object_mode(context)
     select_only(context, sketch)
     tools = context.scene.tool_settings
     tools.gpencil_stroke_placement_view3d = "CURSOR"
     tools.gpencil_sculpt.lock_axis = "VIEW"
     bpy.ops.object.mode_set(mode="PAINT_GREASE_PENCIL")
-
-
-def leave_mode(context: bpy.types.Context) -> None:
-    """Enter Object Mode, whatever the active object is in."""
-    if context.active_object is not None and context.active_object.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def ink_material() -> bpy.types.Material:

@@ -34,6 +34,17 @@ def find_target(context: bpy.types.Context) -> Target | None:
     return None
 
 
+def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Return the splash whose settings the panels show and whose refinements the buttons change."""
+    active = context.active_object
+    if active is not None and active.splash.is_splash:
+        return active
+    if part := active_part(active):
+        return part
+    target = find_target(context)
+    return target.splash if target is not None else None
+
+
 def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object | None:
     """Return the first splash that is made of the active layer of ``sketch``, or of all layers."""
     found = splashes_of(sketch, scene)

@@ -10,8 +10,8 @@ from bpy.props import StringProperty
 
 from ..data.model import models_of
 from ..jobs import generate_layers, scheduler
-from ..jobs.generate import SceneError, select_only
 from ..scene import model_parts
+from ..scene.objects import SceneError, select_only
 from ..scene.targets import find_target, splashes_of
 from .operators import SplashMaker
 
@@ -89,7 +89,9 @@ class SPLASH_OT_combine(bpy.types.Operator):
         splashes, model = chosen_splashes(context), chosen_model(context)
         try:
             if model is not None:
-                model_parts.add_parts(model, splashes)
+                with scheduler.held():
+                    model_parts.add_parts(model, splashes)
+                    scheduler.request(model)
             else:
                 model = combined(context, splashes)
         except ValueError as error:
@@ -104,7 +106,8 @@ class SPLASH_OT_combine(bpy.types.Operator):
 
 def combined(context: bpy.types.Context, splashes: list[bpy.types.Object]) -> bpy.types.Object:
     """Return a new model. Raises ValueError, and leaves nothing, where it cannot be made."""
-    model = model_parts.new_model(context, splashes)
+    with scheduler.held():
+        model = model_parts.new_model(context, splashes)
     # In a window it is made later, and what stands in the way is said in its panel.
     if bpy.app.background and not model.splash_model.evaluated:
         reason = model.splash_model.warnings

@@ -14,7 +14,8 @@ from ...core.settings import SplashSettings
 from ...core.sketch.strokes import StrokeError
 from ..data.properties import assign_settings, settings_properties, to_settings
 from ..jobs import dependencies, generate, job
-from ..scene import targets
+from ..scene import sketch, targets
+from ..scene.objects import SceneError
 
 TICK = 0.1
 """Seconds between two looks at the running job."""
@@ -25,7 +26,7 @@ def user_errors() -> tuple[type[Exception], ...]:
     from ...core.generator.weights_file import TorchMissingError, WeightsError
     from ...core.obstacles.obstacles import ObstacleError
 
-    return (StrokeError, generate.SceneError, ObstacleError, WeightsError, TorchMissingError)
+    return (StrokeError, SceneError, ObstacleError, WeightsError, TorchMissingError)
 
 
 class SplashMaker:
@@ -216,8 +217,6 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object and enter draw mode."""
-        from ..scene import sketch
-
         sketch.start_drawing(context, sketch.new_sketch(context))
         return {"FINISHED"}
 

@@ -10,9 +10,8 @@ from typing import Any
 import bpy
 
 from ...core.settings import SplashSettings
-from ..data.model import active_part
 from ..jobs import dependencies, job
-from ..scene.targets import find_target
+from ..scene.targets import shown_splash
 from . import model_operators, operators, sketch_presets
 
 SLIDERS = {"variation", "surface_threshold"}
@@ -100,17 +99,6 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
         layout.prop(memory, "sketch")
         if memory.sketch is not None:
             layout.prop_search(memory, "layer", memory.sketch.data, "layers")
-
-
-def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
-    """Return the splash whose settings the panel shows."""
-    active = context.active_object
-    if active is not None and active.splash.is_splash:
-        return active
-    if part := active_part(active):
-        return part
-    target = find_target(context)
-    return target.splash if target is not None else None
 
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:

@@ -10,9 +10,9 @@ from ...core.refinement.presets import PRESETS
 from ...core.refinement.settings import KINDS
 from ..data.refinements import ITEMS, add_step
 from ..jobs import refine, scheduler
-from ..jobs.generate import check_writable
 from ..scene import drop_points
-from .panels import shown_splash
+from ..scene.objects import check_writable
+from ..scene.targets import shown_splash
 
 
 def is_model(item: bpy.types.Object | None) -> bool:

@@ -9,8 +9,9 @@ from typing import Any
 import bpy
 
 from ..jobs import scheduler
+from ..scene.targets import shown_splash
 from . import refinement_operators as operators
-from .panels import SplashPanel, draw_text, shown_splash
+from .panels import SplashPanel, draw_text
 
 ICONS = {
     "DROPLETS": "META_BALL",

@@ -11,6 +11,7 @@ from bpy.props import EnumProperty
 from ...core.sketch.presets import PRESETS, SketchPreset
 from ..data.properties import plain, settings_properties
 from ..scene import sketch
+from ..scene.objects import enter_object_mode, select_only
 from . import operators
 
 ITEMS = [(name, preset.label, preset.about) for name, preset in PRESETS.items()]
@@ -37,12 +38,12 @@ def control_properties() -> dict[str, Any]:
 def add_preset(context: bpy.types.Context, preset: SketchPreset) -> bpy.types.Object:
     """Return a new Grease Pencil object at the 3D cursor, active, that holds the preset."""
     layers = preset.layers()
-    sketch.leave_mode(context)
+    enter_object_mode(context)
     item = sketch.new_sketch(context, layers=list(layers))
     item.name = item.data.name = f"{preset.label} Sketch"
     for name, drawings in layers.items():
         sketch.add_strokes(item, drawings, item.data.layers[name])
-    sketch.select_only(context, item)
+    select_only(context, item)
     return item
 
 
