@@ -142,7 +142,7 @@ def test_a_splash_whose_sketch_is_gone_says_so():
     splash = generate()
     bpy.data.objects.remove(sketch)
     bpy.context.view_layer.objects.active = splash
-    with pytest.raises(RuntimeError, match="whose sketch exists"):
+    with pytest.raises(RuntimeError, match="whose sketch still exists"):
         bpy.ops.splash.regenerate()
 
 

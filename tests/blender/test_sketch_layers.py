@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A splash for each layer of a sketch; only what has changed is made anew."""
+"""A splash for each layer of a sketch; only what has changed is made again."""
 
 import bpy
 import numpy as np

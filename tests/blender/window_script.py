@@ -142,7 +142,7 @@ def refining() -> Iterator[Condition]:
 
     def is_evaluated() -> bool:
         (splash,) = splashes()
-        now = refine.task_of(splash).name
+        now = refine.task_of(splash).key
         return splash.splash_stack.evaluated == now and not scheduler.stage_of(splash)
 
     def count() -> int:
@@ -251,7 +251,7 @@ def joining() -> Iterator[Condition]:
         return next(item for item in bpy.context.scene.objects if item.splash_model.is_model)
 
     def is_evaluated() -> bool:
-        now = compose.task_of(model()).name
+        now = compose.task_of(model()).key
         return model().splash_model.evaluated == now and not scheduler.stage_of(model())
 
     def hidden() -> list[bool]:
@@ -264,7 +264,7 @@ def joining() -> Iterator[Condition]:
     bpy.ops.ed.undo_push(message="Layer")
     assert press("splash.generate_layers") == {"RUNNING_MODAL"}
     yield idle
-    assert len(splashes()) == 2 and hidden() == [False, False], "until the model stands for them"
+    assert len(splashes()) == 2 and hidden() == [False, False], "until the model shows them"
     yield is_evaluated
     assert hidden() == [True, True] and bpy.context.active_object == model()
     count = len(model().data.vertices)

@@ -15,13 +15,13 @@ class SplashObstaclesGroup(bpy.types.PropertyGroup):
     collection: PointerProperty(
         type=bpy.types.Collection,
         name="Obstacles",
-        description="The liquid flows around the objects of this collection, and is cut where it "
-        "would be inside them",
+        description="The liquid flows around the objects in this collection, and is carved away "
+        "where it would be inside them",
         update=changed,
     )
     clearance: FloatProperty(
         name="Clearance",
-        description="Air between liquid and obstacles, in cells of the splash",
+        description="Width of the gap between liquid and obstacles, in cells of the splash",
         default=0.25, min=0.0, max=8.0, soft_max=4.0, precision=2, step=5,
         update=changed,
     )  # fmt: skip

@@ -1,28 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that a splash keeps out of: a collection of them on each splash."""
+"""The obstacles of a splash: from Blender's objects to core's Obstacles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
+from ..data.model import is_model
 from ..data.properties import plain
 from .grease_pencil import rigid_matrix
+from .mesh_object import read_triangles
 
 if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
 
 SOLID_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")
-"""Objects whose evaluated form has faces."""
+"""Types of objects that have faces once their modifiers are evaluated."""
 
 
 def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
-    """Return the obstacles of ``splash`` in its own units, and the clearance in cells.
+    """Read the obstacles of ``splash``, in its own space, and the clearance in cells.
 
-    Modifiers count, hidden objects do not. Raises ObstacleError for meshes that are none.
+    Modifiers count, hidden objects do not. Raises ObstacleError for a mesh that cannot be one.
     """
     group = splash.splash_obstacles
     if group.collection is None:
@@ -39,12 +41,19 @@ def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
     return found, plain(group.clearance)
 
 
+def obstacles_key(obstacles: Sequence[Obstacle], clearance: float) -> tuple[str, float]:
+    """Identify obstacles and clearance: equal keys, equal effect on the liquid."""
+    from ...core.obstacles.obstacles import digest
+
+    return digest(obstacles), clearance
+
+
 def solids(
     collection: bpy.types.Collection, splash: bpy.types.Object
 ) -> Iterator[bpy.types.Object]:
-    """Yield the visible objects with faces; liquid is no obstacle."""
+    """Yield the visible objects that have faces, except splashes and models."""
     for item in collection.all_objects:
-        is_liquid = item.splash.is_splash or item.splash_model.is_model
+        is_liquid = item.splash.is_splash or is_model(item)
         if item.type in SOLID_TYPES and item.visible_get() and not is_liquid:
             yield item
 
@@ -52,15 +61,10 @@ def solids(
 def evaluated_mesh(
     item: bpy.types.Object, graph: bpy.types.Depsgraph
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return an object's vertices ``(n, 3)`` in the world and its triangles ``(m, 3)``."""
+    """Read an object's vertices ``(n, 3)`` in the world and its triangles ``(m, 3)``."""
     shown = item.evaluated_get(graph)
-    mesh = shown.to_mesh()
     try:
-        mesh.calc_loop_triangles()
-        vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-        faces = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-        mesh.vertices.foreach_get("co", vertices.ravel())
-        mesh.loop_triangles.foreach_get("vertices", faces.ravel())
+        vertices, faces = read_triangles(shown.to_mesh())
     finally:
         shown.to_mesh_clear()
     matrix = np.array(item.matrix_world)
