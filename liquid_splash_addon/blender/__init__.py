@@ -1,23 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that touches Blender, and nothing else: it reads strokes, calls core, writes meshes.
 
-::
+Its rooms, from the lowest to the highest; each imports only from itself, the rooms below and core::
 
-    grease_pencil  strokes of a Grease Pencil object -> core's Drawings
-    mesh_object    core's Splash -> a mesh object with its velocity, frame and fields
-    material       the shared water material
-    generation     one run: snapshot the scene, compute (no bpy, any thread), write the result
-    sketch         new Grease Pencil objects to draw on; sketch_presets adds drawn ones
-    job            a run in a worker thread, with progress and cancelling
-    dependencies   packages that Blender does not bring along, and how to install them
-    generators     loaded weights, kept until the add-on goes
-    obstacles      the meshes that each splash keeps out of
-    refinements    the list of refinements on each splash; evaluation refines anew on a change
-    drop_points    the drops that fly free, as a point cloud
-    layers         a splash for each layer of a sketch; targets tells which splash is meant
-    model          several splashes as one: model_parts lists them, model_evaluation joins them
-    live           evaluates what was changed, splash or model, in a thread
-    properties, preferences, operators, panels   what Blender registers
+    data     what a .blend file remembers: properties and their registration
+    scene    Blender's objects to arrays and back
+    jobs     what is computed beside the interface, and when
+    ui       operators, panels and menus
+
+This file is above all rooms: it registers them with Blender.
 """
 
 import atexit
@@ -25,9 +16,9 @@ import os
 
 import bpy
 
-from .data import model, preferences, properties, refinements
-from .jobs import compose, live, refine
-from .scene import model_parts, obstacles
+from .data import model, obstacle_group, preferences, properties, refinements
+from .jobs import compose, job, loaded_generator, refine, scheduler
+from .scene import model_parts
 from .ui import (
     model_operators,
     model_panel,
@@ -42,11 +33,11 @@ MODULES = (
     properties,
     model,
     refinements,
-    obstacles,
+    obstacle_group,
     preferences,
     refine,
     compose,
-    live,
+    scheduler,
     model_parts,
     operators,
     model_operators,
@@ -59,27 +50,24 @@ MODULES = (
 
 
 def keep_compiled_code() -> None:
-    """Have numba keep what it compiles in the extension's own folder: others may be read-only."""
-    extension = __package__.rpartition(".")[0]
-    if extension.startswith("bl_ext."):
-        folder = bpy.utils.extension_path_user(extension, path="compiled", create=True)
+    """Let numba cache compiled code in the extension's own folder; others may be read-only."""
+    if preferences.ADDON.startswith("bl_ext."):
+        folder = bpy.utils.extension_path_user(preferences.ADDON, path="compiled", create=True)
         os.environ.setdefault("NUMBA_CACHE_DIR", folder)
 
 
 def register() -> None:
-    """Register all classes, in the order in which they need each other."""
+    """Register all classes, each after those that it needs."""
     keep_compiled_code()
     for module in MODULES:
         module.register()
-    # As a Python module Blender hangs at exit while classes with Python functions are registered.
+    # Blender as a Python module hangs at exit if classes with Python functions stay registered.
     if bpy.app.module:
         atexit.register(unregister)
 
 
 def unregister() -> None:
     """Stop what is running, free the generator and remove all classes, in reverse order."""
-    from .jobs import job, loaded_generator
-
     atexit.unregister(unregister)
     job.stop()
     for module in reversed(MODULES):

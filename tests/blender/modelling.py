@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.mesh_object import read_mesh
-from liquid_splash_addon.blender.ui import sketch as sketches
 from liquid_splash_addon.core.mesh.geometry import enclosed
 from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from tests.blender.sketching import (

@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
-from liquid_splash_addon.blender.ui import sketch as sketches
+from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.core.condition.channels import STROKE_VELOCITY
 from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
 from liquid_splash_addon.core.condition.voxelize import Condition, voxelize

@@ -142,7 +142,7 @@ def test_a_splash_whose_sketch_is_gone_says_so():
     splash = generate()
     bpy.data.objects.remove(sketch)
     bpy.context.view_layer.objects.active = splash
-    with pytest.raises(RuntimeError, match="whose sketch exists"):
+    with pytest.raises(RuntimeError, match="whose sketch still exists"):
         bpy.ops.splash.regenerate()
 
 
@@ -155,7 +155,7 @@ import liquid_splash_addon
 liquid_splash_addon.register()
 from tests.blender.sketching import add_sketch, fan, generate, splashes
 from tests.blender.test_panels import drawn
-from liquid_splash_addon.blender.panels import SPLASH_PT_main
+from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
 said = drawn(SPLASH_PT_main).replace(" ", "")  # lines are broken to fit
 assert "Notinstalled:torch." in said and sys.executable + '"-mpipinstall' in said, said
 add_sketch(fan())

@@ -92,7 +92,7 @@ def test_only_what_is_visible_at_this_frame_is_read():
     sketch.data.layers.new("empty")
     drawings, warnings = read_drawings(sketch)
     assert len(drawings) == len(fan())
-    assert warnings == ["1 hidden layer(s) left out"]
+    assert warnings == ["Left out 1 hidden layer(s): show them to include them"]
     sketch.data.layers[0].frames.new(10).drawing.add_strokes([4, 4])
     bpy.context.scene.frame_set(12)
     assert [len(d.points) for d in read(sketch)] == [4, 4]

@@ -10,6 +10,7 @@ import pytest
 from liquid_splash_addon.blender.jobs import generate as generate_job
 from liquid_splash_addon.blender.jobs import job
 from liquid_splash_addon.blender.scene import targets
+from liquid_splash_addon.blender.scene.objects import SceneError
 from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
@@ -78,6 +79,6 @@ def test_a_result_whose_sketch_was_deleted_is_dropped(tubes):
     request = generate_job.snapshot(bpy.context, target, SplashSettings(resolution="64"))
     result = generate_job.compute(request, lambda stage, share: None)
     bpy.data.objects.remove(sketch)
-    with pytest.raises(generate_job.SceneError, match="deleted"):
+    with pytest.raises(SceneError, match="deleted"):
         generate_job.write(bpy.context, request, result)
     assert not bpy.data.meshes

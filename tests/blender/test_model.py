@@ -133,7 +133,7 @@ def test_a_slider_of_the_model_does_not_redo_its_splashes(monkeypatch):
     def forbidden(*_):
         raise AssertionError("a splash was refined again")
 
-    monkeypatch.setattr(compose, "finish", forbidden)
+    monkeypatch.setattr(compose, "refine_part", forbidden)
     before = vertices(model)
     model.splash_model.settings.blend = 6.0
     assert volume(model) > 0 and vertices(model).shape != before.shape

@@ -92,7 +92,7 @@ def test_a_saved_file_goes_on_without_the_generator(tmp_path, monkeypatch):
     path = str(tmp_path / "model.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     monkeypatch.setattr(compose, "composer", None)
-    monkeypatch.setattr(compose, "_finished", {})
+    monkeypatch.setattr(compose, "_refined", {})
     monkeypatch.setattr(refine, "refiner", None)
     monkeypatch.setattr(loaded_generator, "get", None)
     bpy.ops.wm.open_mainfile(filepath=path)
@@ -122,7 +122,7 @@ def test_undo_and_redo():
     assert not any(item.hide_viewport for item in splashes())
     bpy.ops.ed.undo_push(message="deleted")
     bpy.ops.ed.undo()
-    assert all(item.hide_viewport for item in splashes()), "the model stands for them again"
+    assert all(item.hide_viewport for item in splashes()), "the model shows them again"
     bpy.ops.ed.undo()
     bpy.ops.ed.undo()
     assert not splashes() and len(bpy.context.scene.objects) == 1

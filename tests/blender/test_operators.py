@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.data.properties import to_settings
-from liquid_splash_addon.blender.jobs.generate import frame_from_text
 from liquid_splash_addon.blender.scene.mesh_object import FIELDS
 from liquid_splash_addon.core.liquid.fields import Fields
 from tests.blender.sketching import (
@@ -109,7 +109,7 @@ def test_another_format_than_the_recorded_one_is_a_warning(monkeypatch):
     splash.splash.precision = "int8"
     activate(splash)
     bpy.ops.splash.regenerate()
-    assert "int8 is not to be had" in splash.splash.warnings
+    assert "int8 is not available on this device" in splash.splash.warnings
 
 
 def test_everything_survives_a_file(tmp_path):

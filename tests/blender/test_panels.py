@@ -62,7 +62,7 @@ def test_progress_takes_the_place_of_the_button(monkeypatch):
     running = SimpleNamespace(stage="Generating", fraction=0.5)
     monkeypatch.setattr(job, "running", running)
     said = drawn(SPLASH_PT_main)
-    assert "Generating (Esc stops)" in said and "splash.generate" not in said.split()
+    assert "Generating (Esc to stop)" in said and "splash.generate" not in said.split()
     with pytest.raises(RuntimeError, match="press Esc"):
         bpy.ops.splash.generate()
 

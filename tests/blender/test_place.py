@@ -7,7 +7,7 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.blender.jobs.generate import frame_from_text
+from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.core.grid import Grid
 from tests.blender.sketching import add_sketch, fan, generate, in_world, moved, vertices
 

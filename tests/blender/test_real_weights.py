@@ -6,7 +6,7 @@ import pytest
 from mathutils import Vector
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.blender.jobs.generate import frame_from_text
+from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings

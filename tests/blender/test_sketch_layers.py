@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A splash for each layer of a sketch; only what has changed is made anew."""
+"""A splash for each layer of a sketch; only what has changed is made again."""
 
 import bpy
 import numpy as np
 import pytest
 
 from liquid_splash_addon.blender.jobs import generate as generate_job
+from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.mesh_object import FIELDS
-from liquid_splash_addon.blender.ui import sketch as sketches
 from tests.blender.modelling import bounds, crossing, generate_layers, layered, part, the_model
 from tests.blender.sketching import fan, line, splashes, vertices
 

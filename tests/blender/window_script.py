@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import compose, job, live, loaded_generator, refine
-from liquid_splash_addon.blender.ui.sketch import add_strokes
+from liquid_splash_addon.blender.jobs import compose, job, loaded_generator, refine, scheduler
+from liquid_splash_addon.blender.scene.sketch import add_strokes
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
 PATIENCE = 60.0
@@ -142,8 +142,8 @@ def refining() -> Iterator[Condition]:
 
     def is_evaluated() -> bool:
         (splash,) = splashes()
-        now = refine.task_of(splash).name
-        return splash.splash_stack.evaluated == now and not live.stage_of(splash)
+        now = refine.task_of(splash).key
+        return splash.splash_stack.evaluated == now and not scheduler.stage_of(splash)
 
     def count() -> int:
         return len(splashes()[0].data.vertices)
@@ -191,7 +191,7 @@ def mistaken() -> Iterator[Condition]:
         return bpy.data.objects[name]
 
     def is_evaluated() -> bool:
-        return not live.stage_of(splash())
+        return not scheduler.stage_of(splash())
 
     def state() -> tuple[int, str, int]:
         stack = splash().splash_stack
@@ -251,8 +251,8 @@ def joining() -> Iterator[Condition]:
         return next(item for item in bpy.context.scene.objects if item.splash_model.is_model)
 
     def is_evaluated() -> bool:
-        now = compose.task_of(model()).name
-        return model().splash_model.evaluated == now and not live.stage_of(model())
+        now = compose.task_of(model()).key
+        return model().splash_model.evaluated == now and not scheduler.stage_of(model())
 
     def hidden() -> list[bool]:
         return [item.hide_viewport and item.hide_render for item in splashes()]
@@ -264,7 +264,7 @@ def joining() -> Iterator[Condition]:
     bpy.ops.ed.undo_push(message="Layer")
     assert press("splash.generate_layers") == {"RUNNING_MODAL"}
     yield idle
-    assert len(splashes()) == 2 and hidden() == [False, False], "until the model stands for them"
+    assert len(splashes()) == 2 and hidden() == [False, False], "until the model shows them"
     yield is_evaluated
     assert hidden() == [True, True] and bpy.context.active_object == model()
     count = len(model().data.vertices)

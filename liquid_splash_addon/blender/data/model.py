@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import bpy
 from bpy.props import (
@@ -18,13 +17,7 @@ from bpy.props import (
 from ...core.refinement.settings import WaveSettings
 from ...core.settings import ModelSettings
 from .properties import settings_properties
-
-
-def changed(group: Any, _context: bpy.types.Context) -> None:
-    """Evaluate the model anew after a change by hand or by script."""
-    from ..jobs import live
-
-    live.request(group.id_data)
+from .revisions import changed
 
 
 class SplashModelSettingsGroup(bpy.types.PropertyGroup):
@@ -34,13 +27,13 @@ class SplashModelSettingsGroup(bpy.types.PropertyGroup):
 
 
 class SplashModelWavesGroup(bpy.types.PropertyGroup):
-    """Settings of the waves on the joint surface."""
+    """Settings of the waves on the joined surface."""
 
     __annotations__ = settings_properties(WaveSettings, update=changed)
 
 
 class SplashPartGroup(bpy.types.PropertyGroup):
-    """A splash of a model; its name is the splash's, kept for when that is deleted."""
+    """A splash in a model; it keeps the splash's name, to report a splash that was deleted."""
 
     splash: PointerProperty(type=bpy.types.Object, name="Splash", update=changed)
     show: BoolProperty(
@@ -49,7 +42,7 @@ class SplashPartGroup(bpy.types.PropertyGroup):
 
     @property
     def is_there(self) -> bool:
-        """Whether the splash still exists: one that was deleted is in no scene any more."""
+        """Whether the splash still exists: a deleted one is in no scene."""
         splash = self.splash
         return splash is not None and splash.splash.is_splash and bool(splash.users_scene)
 
@@ -63,18 +56,23 @@ class SplashModelGroup(bpy.types.PropertyGroup):
     settings: PointerProperty(type=SplashModelSettingsGroup)
     use_waves: BoolProperty(
         name="Waves",
-        description="Capillary waves on the joint surface. Those of the splashes do not count",
+        description="Capillary waves on the joined surface. The waves of its splashes are ignored",
         update=changed,
     )
     waves: PointerProperty(type=SplashModelWavesGroup)
-    evaluated: StringProperty(description="What the mesh was last made with")
+    evaluated: StringProperty(description="Digest of what the mesh was last made of")
     summary: StringProperty(description="What the last evaluation made")
-    warnings: StringProperty(description="What it had to say, one line each")
+    warnings: StringProperty(description="Warnings of the last evaluation, one per line")
+
+
+def is_model(item: bpy.types.Object | None) -> bool:
+    """Whether there is an object, and it is a model."""
+    return item is not None and item.splash_model.is_model
 
 
 def active_part(item: bpy.types.Object | None) -> bpy.types.Object | None:
-    """Return the splash that is chosen in a model's list; None if ``item`` is no model."""
-    if item is None or not item.splash_model.is_model:
+    """Return the splash that is selected in a model's list; None if ``item`` is no model."""
+    if not is_model(item):
         return None
     group = item.splash_model
     if not 0 <= group.active < len(group.parts):
@@ -84,19 +82,19 @@ def active_part(item: bpy.types.Object | None) -> bpy.types.Object | None:
 
 
 def splashes_in(model: bpy.types.Object) -> list[bpy.types.Object]:
-    """Return the splashes of ``model`` that still exist."""
+    """List the splashes of ``model`` that still exist."""
     return [part.splash for part in model.splash_model.parts if part.is_there]
 
 
 def models() -> Iterator[bpy.types.Object]:
     """Yield the models of this file."""
     for item in bpy.data.objects:
-        if item.splash_model.is_model and item.users_scene:
+        if is_model(item) and item.users_scene:
             yield item
 
 
 def models_of(splash: bpy.types.Object) -> list[bpy.types.Object]:
-    """Return the models that hold ``splash``."""
+    """List the models that hold ``splash``."""
     return [model for model in models() if splash in splashes_in(model)]
 
 

@@ -10,32 +10,37 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ... import __package__ as base_package
+ADDON = __package__.removesuffix(".blender.data")
+"""Name of the add-on's package, by which Blender knows it."""
 
 
 class SPLASH_AP_preferences(bpy.types.AddonPreferences):
-    """Where the generator comes from."""
+    """Which weights the generator uses, and in which number format it runs."""
 
-    bl_idname = base_package
+    bl_idname = ADDON
 
     weights_path: StringProperty(
         name="Weights",
-        description="Weights file of the generator; empty: the one that comes with the add-on",
+        description="Weights file of the generator. Empty: the one that comes with the add-on",
         subtype="FILE_PATH",
     )
 
     precision: EnumProperty(
         name="Precision",
-        description="Number format in which new splashes are computed; a splash keeps its own",
+        description="Number format for new splashes. A splash keeps the one that it was made in",
         items=(
-            ("AUTO", "Fastest", "Measure once which is fastest on this machine"),
-            ("float32", "Full", "32 bits: the same everywhere, slower on some machines"),
+            ("AUTO", "Fastest", "Measure once which format is the fastest on this machine"),
+            ("float32", "Full", "32 bits: the same result everywhere, slower on some machines"),
             ("bfloat16", "Half", "16 bits: fast on some machines, slow on others"),
-            ("int8", "Eight Bits", "8 bits for most of the work, 32 for the rest: on processors"),
+            (
+                "int8",
+                "Eight Bits",
+                "8 bits for most of the work, 32 for the rest. CPU only",
+            ),
             (
                 "int8_bfloat16",
                 "Eight and Sixteen Bits",
-                "8 bits for most of the work, 16 for the rest: on processors that are fast in both",
+                "8 bits for most of the work, 16 for the rest. For CPUs that are fast at both",
             ),
         ),
         default="AUTO",
@@ -43,7 +48,7 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
 
     measured: StringProperty(
         name="Measured",
-        description="Fastest number format of each device, as found on this machine (JSON)",
+        description="Fastest number format of each device, as measured on this machine (JSON)",
         options={"HIDDEN"},
     )
 
@@ -54,38 +59,40 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "precision")
 
 
-def own(context: bpy.types.Context) -> Any:
-    """Return the add-on's preferences; None where it was registered by hand, as tests do."""
-    entry = context.preferences.addons.get(base_package)
+def own_preferences(context: bpy.types.Context) -> Any:
+    """Return the add-on's preferences; None where it was registered by hand, as in tests."""
+    entry = context.preferences.addons.get(ADDON)
     return entry.preferences if entry else None
 
 
 def weights_path(context: bpy.types.Context) -> Path | None:
-    """Return the weights file that the user chose, None for the bundled one."""
-    mine = own(context)
-    chosen = mine.weights_path if mine else ""
+    """Return the weights file that the user chose; None for the one that comes with the add-on."""
+    preferences = own_preferences(context)
+    chosen = preferences.weights_path if preferences else ""
     return Path(bpy.path.abspath(chosen)) if chosen else None
 
 
 def known_precision(context: bpy.types.Context, device: str) -> str:
-    """Return the number format for new splashes on ``device``; empty: not measured yet."""
-    mine = own(context)
-    if not mine:
+    """Return the number format for new splashes on ``device``; "" if it is still to be measured."""
+    preferences = own_preferences(context)
+    if not preferences:
         return ""
-    return mine.precision if mine.precision != "AUTO" else measured(mine).get(device, "")
+    if preferences.precision != "AUTO":
+        return str(preferences.precision)
+    return measured(preferences).get(device, "")
 
 
 def keep_precision(context: bpy.types.Context, device: str, precision: str) -> None:
-    """Note which number format was measured to be the fastest on ``device``."""
-    mine = own(context)
-    if mine:
-        mine.measured = json.dumps({**measured(mine), device: precision})
+    """Remember which number format was measured to be the fastest on ``device``."""
+    preferences = own_preferences(context)
+    if preferences:
+        preferences.measured = json.dumps({**measured(preferences), device: precision})
 
 
-def measured(mine: Any) -> dict[str, str]:
-    """Return the notes of :func:`keep_precision`; none if they were edited to nonsense."""
+def measured(preferences: Any) -> dict[str, str]:
+    """Read the formats that :func:`keep_precision` wrote; none if the text was damaged."""
     try:
-        notes = json.loads(mine.measured or "{}")
+        notes = json.loads(preferences.measured or "{}")
     except ValueError:
         return {}
     return notes if isinstance(notes, dict) else {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a splash and a scene remember; made from core's one list of parameters."""
+"""What a splash and a scene remember; their settings are made from core's list of parameters."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ IDENTITY = tuple(float(row == column) for column in range(4) for row in range(4)
 
 
 def settings_properties(kind: type[Settings] = SplashSettings, **extra: Any) -> dict[str, Any]:
-    """Return a Blender property for every field of a ``kind`` of settings, by name.
+    """Make a Blender property for every field of a ``kind`` of settings, by name.
 
-    extra : passed on to each, such as ``options={"SKIP_SAVE"}``.
+    extra : passed on to each property, such as ``options={"SKIP_SAVE"}``.
     """
     return {item.name: blender_property(item, extra) for item in fields(kind)}
 
 
 def blender_property(item: Field[Any], extra: dict[str, Any]) -> Any:
-    """Return the Blender property that shows one field of some settings."""
+    """Make the Blender property for one field of some settings."""
     limits = item.metadata
     about = {
         "name": limits["label"],
@@ -53,12 +53,12 @@ def blender_property(item: Field[Any], extra: dict[str, Any]) -> Any:
 
 
 def to_settings(group: Any, kind: type[Any] = SplashSettings) -> Any:
-    """Return the settings of a ``kind`` that a property group or an operator holds."""
+    """Read the settings of a ``kind`` from a property group or an operator."""
     return kind(**{item.name: plain(getattr(group, item.name)) for item in fields(kind)})
 
 
 def plain(value: Any) -> Any:
-    """Return a property's value without the noise of single precision (0.01, not 0.00999999978)."""
+    """Remove the noise of single precision from a property's value (0.01, not 0.00999999978)."""
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
@@ -75,12 +75,12 @@ class SplashSettingsGroup(bpy.types.PropertyGroup):
 
 
 def forget_frame(group: Any, _context: bpy.types.Context) -> None:
-    """Let the next run fit a new frame: that of another sketch would not fit."""
+    """Clear the stored frame, so that the next run fits one to the new strokes."""
     group.frame = ""
 
 
 class SplashObjectGroup(bpy.types.PropertyGroup):
-    """What a splash object knows of its making."""
+    """How a splash object was made."""
 
     sketch: PointerProperty(
         type=bpy.types.Object,
@@ -91,14 +91,14 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     )
     layer: StringProperty(
         name="Layer",
-        description="Layer of the sketch that this splash is made of; empty for all visible ones",
+        description="Layer of the sketch that this splash is made of. Empty: all visible layers",
         update=forget_frame,
     )
     settings: PointerProperty(type=SplashSettingsGroup)
-    made_of: StringProperty(description="What tells the strokes and settings from any others")
-    is_covered: BoolProperty(description="Whether it is hidden because a model shows it")
+    made_of: StringProperty(description="Digest of the strokes and settings that it was made of")
+    is_covered: BoolProperty(description="Whether the splash is hidden because a model shows it")
     version: StringProperty(description="Version of the add-on that made this splash")
-    # Text, because Blender's number properties are single precision and would turn the frame.
+    # As text: in single precision, as Blender's number properties are, it would turn a little.
     frame: StringProperty(description="Local frame of the strokes: axes, centre and scale")
     frame_real_size: FloatProperty(description="Real size for which the frame was scaled")
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
@@ -107,7 +107,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     precision: StringProperty(description="Number format in which the generator ran")
     device: StringProperty(description="Where the generator ran")
     summary: StringProperty(description="What the last run made")
-    warnings: StringProperty(description="What the last run had to say, one line each")
+    warnings: StringProperty(description="Warnings of the last run, one per line")
 
     @property
     def is_splash(self) -> bool:
@@ -116,7 +116,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
 
 
 class SplashSceneGroup(bpy.types.PropertyGroup):
-    """The scene's choices for new splashes."""
+    """What a scene remembers: the settings for new splashes."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of refinements that each splash keeps, made from core's kinds and their settings."""
+"""The list of refinements that each splash remembers, of the kinds that core knows."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from bpy.props import (
 )
 
 from ...core.refinement.settings import KINDS, RefinementSettings
-from .model import changed
 from .properties import assign_settings, settings_properties, to_settings
+from .revisions import changed
 
 ITEMS = [(kind, settings.label, settings.about) for kind, settings in KINDS.items()]
 
 
 def make_group(kind: str, settings: type[RefinementSettings]) -> type[bpy.types.PropertyGroup]:
-    """Return the property group of one kind's settings."""
+    """Make the property group for the settings of one kind."""
     return type(
         f"Splash{kind.title()}Group",
         (bpy.types.PropertyGroup,),
@@ -43,19 +43,22 @@ class SplashRefinementGroup(bpy.types.PropertyGroup):
     __annotations__ = {
         "kind": EnumProperty(items=ITEMS, name="Kind", description="What the refinement does"),
         "show": BoolProperty(
-            default=True, name="Show", description="Whether the refinement acts", update=changed
+            default=True,
+            name="Show",
+            description="Whether the refinement is used",
+            update=changed,
         ),
         **{kind.lower(): PointerProperty(type=group) for kind, group in GROUPS.items()},
     }
 
     @property
     def group(self) -> Any:
-        """The property group of its own kind."""
+        """The settings of its own kind, as Blender's property group."""
         return getattr(self, self.kind.lower())
 
     @property
     def settings(self) -> RefinementSettings:
-        """Its settings as core's."""
+        """The settings of its own kind, as core's dataclass."""
         settings: RefinementSettings = to_settings(self.group, KINDS[self.kind])
         return settings
 
@@ -65,21 +68,23 @@ class SplashStackGroup(bpy.types.PropertyGroup):
 
     items: CollectionProperty(type=SplashRefinementGroup)
     active: IntProperty(name="Active", description="The refinement whose settings are shown")
-    evaluated: StringProperty(description="What the mesh was last refined with")
+    evaluated: StringProperty(description="Digest of what the mesh was last refined with")
     points: PointerProperty(
-        type=bpy.types.Object, name="Drops", description="The free drops as points"
+        type=bpy.types.Object,
+        name="Drops",
+        description="Object that holds the free drops",
     )
-    summary: StringProperty(description="What the refinements did to the volume")
-    warnings: StringProperty(description="What the refinements had to say, one line each")
+    summary: StringProperty(description="How the refinements changed the volume")
+    warnings: StringProperty(description="Warnings of the refinements, one per line")
 
 
 def steps_of(splash: bpy.types.Object) -> list[RefinementSettings]:
-    """Return the refinements of ``splash`` that act, for core."""
+    """List the settings of the refinements of ``splash`` that are switched on, for core."""
     return [item.settings for item in splash.splash_stack.items if item.show]
 
 
 def add_step(splash: bpy.types.Object, settings: RefinementSettings) -> Any:
-    """Append a refinement with ``settings`` to the list of ``splash`` and return it."""
+    """Append a refinement with ``settings`` to the list of ``splash`` and return its entry."""
     stack = splash.splash_stack
     item = stack.items.add()
     item.kind = next(kind for kind, known in KINDS.items() if type(settings) is known)
@@ -90,7 +95,7 @@ def add_step(splash: bpy.types.Object, settings: RefinementSettings) -> Any:
 
 
 def unused_name(splash: bpy.types.Object, name: str) -> str:
-    """Return ``name``, with a number if another refinement of the splash has it."""
+    """Append a number to ``name`` if another refinement of the splash has it already."""
     used = {item.name for item in splash.splash_stack.items}
     number, found = 1, name
     while found in used:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What runs beside the interface; imports scene, data and core."""
+"""What is computed beside the interface, and when. Imports scene, data and core."""

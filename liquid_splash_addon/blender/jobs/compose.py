@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluate a model anew whenever it or one of its splashes changes.
+"""Join splashes into the mesh of their model whenever it or one of them changes.
 
-From the fields that each splash stores, refined by its own list. When and in which thread: see
-live.
+It starts from the fields that each splash stores, refined by the splash's own list. When it runs,
+and in which thread: see scheduler.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from ...core.settings import ModelSettings
 from ..data.model import SplashPartGroup
 from ..data.properties import to_settings
 from ..scene import drop_points, mesh_object, model_parts
-from ..scene.obstacles import obstacles_of
-from . import live, refine
-from .generate import SceneError, check_writable
+from ..scene.objects import SceneError, check_writable
+from ..scene.obstacles import obstacles_key, obstacles_of
+from . import refine, scheduler
+from .progress import part_of
 
 if TYPE_CHECKING:
     from ...core.composition.model import Composed, Composer, Part
@@ -30,20 +31,20 @@ if TYPE_CHECKING:
     from ...core.progress import Report
     from ...core.sketch.local_frame import Frame
 
-UNEVEN = 1e-3
+SCALE_TOLERANCE = 1e-3
 """Share by which the scales of a splash may differ along its axes."""
 
 
 @dataclass(frozen=True)
 class PartTask:
-    """All that a splash adds to a model, read from the scene.
+    """What a splash contributes to a model, read from the scene.
 
     Attributes
     ----------
     label : the splash's name
     task : what refines it
-    place : from the splash's space to the model's, ``(4, 4)``
-    applied : its mesh, in its own space, where its refinements were applied
+    place : transform from the splash's space to the model's, ``(4, 4)``
+    applied : its mesh, in its own space, if its refinements were applied; else None
     """
 
     label: str
@@ -53,23 +54,23 @@ class PartTask:
 
     @property
     def steps(self) -> list[RefinementSettings]:
-        """Its refinements but for the waves: the model's come after the joint."""
+        """Its refinements except waves: the model adds its own after joining."""
         return [step for step in self.task.steps if not isinstance(step, WaveSettings)]
 
     @property
-    def name(self) -> str:
-        """What tells its liquid from any other, wherever it is."""
+    def key(self) -> str:
+        """Identifies its liquid, wherever it stands."""
         frame = (self.task.frame.axes, self.task.frame.centre, self.task.frame.scale)
         digest = hashlib.sha256(repr(frame).encode())
         if self.applied is not None:
             digest.update(self.applied.vertices.tobytes())
             digest.update(self.applied.faces.tobytes())
-        return f"{self.task.name_with(self.steps)} {digest.hexdigest()[:16]}"
+        return f"{self.task.key_with(self.steps)} {digest.hexdigest()[:16]}"
 
 
 @dataclass(frozen=True)
 class ModelTask:
-    """All that a model needs, read from the scene."""
+    """What joining the splashes of a model needs, read from the scene."""
 
     parts: list[PartTask]
     settings: ModelSettings
@@ -78,27 +79,26 @@ class ModelTask:
     clearance: float
 
     @property
-    def name(self) -> str:
-        """What tells it from any other task."""
-        from ...core.obstacles.obstacles import digest
-
+    def key(self) -> str:
+        """Identifies the task: equal keys, equal results."""
         source = hashlib.sha256()
         for part in self.parts:
-            source.update(f"{part.name} {np.round(part.place, 5).tolist()}".encode())
-        around = digest(self.obstacles), self.clearance
+            source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
+        around = obstacles_key(self.obstacles, self.clearance)
         return f"{source.hexdigest()[:16]} {self.settings!r} {self.waves!r} {around!r}"
 
 
 def task_of(model: bpy.types.Object) -> ModelTask:
-    """Read what is needed; SceneError if the model cannot be evaluated."""
+    """Read what joining ``model`` needs. Raises SceneError if it cannot be evaluated."""
     check_writable(model)
     group = model.splash_model
     if not group.parts:
         raise SceneError(f"'{model.name}' has no splashes: add one to its list")
     if lost := [part.name for part in group.parts if not part.is_there]:
+        were = "was" if len(lost) == 1 else "were"
         raise SceneError(
-            f"{', '.join(map(repr, lost))} was deleted: the model stays as it is. Undo, or remove "
-            "the splash from its list"
+            f"{', '.join(map(repr, lost))} {were} deleted, so the model stays as it is. Undo that, "
+            "or remove the deleted splash from the model's list"
         )
     return ModelTask(
         [read_part(part, model) for part in group.parts if part.show],
@@ -109,42 +109,41 @@ def task_of(model: bpy.types.Object) -> ModelTask:
 
 
 def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
-    """Read a splash of ``model``; SceneError if it has no liquid."""
+    """Read a splash of ``model``. Raises SceneError if it has no stored liquid."""
     splash = part.splash
-    # An empty name is that of a list that was applied: the mesh is what counts from then on.
+    # Applying the refinements clears ``evaluated``: from then on the mesh itself is the splash.
     applied = None if splash.splash_stack.evaluated else mesh_object.read_mesh(splash.data)
     place = model_parts.place_in(model, splash)
     return PartTask(splash.name, refine.read_task(splash), place, applied)
 
 
 composer: Composer | None = None
-"""The last model's, with what it kept."""
+"""The composer of the last model, with its intermediate results."""
 
-_finished: dict[str, Part] = {}
-"""The refined splashes of the last model, by name, each in its own place."""
+_refined: dict[str, Part] = {}
+"""The refined splashes of the last model by their keys, each in its own space."""
 
 
 def compute(task: ModelTask, report: Report) -> Composed:
-    """Compose; no bpy here. Raises ValueError with what to do."""
-    global composer, _finished
+    """Join the splashes, without bpy. Raises ValueError with what to do."""
+    global composer, _refined
     from ...core.composition.model import Composer
 
     composer = composer or Composer()
     parts, made = [], {}
     for number, part in enumerate(task.parts):
         report(f"Refining {part.label}", 0.3 * number / len(task.parts))
-        made[part.name] = _finished.get(part.name) or finish(part)
-        own = made[part.name]
-        frame = moved(own.placed.frame, part.place, part.label)
-        parts.append(replace(own, placed=replace(own.placed, frame=frame)))
-    _finished = made
+        refined = made[part.key] = _refined.get(part.key) or refine_part(part)
+        frame = frame_in_model(refined.placed.frame, part.place, part.label)
+        parts.append(replace(refined, placed=replace(refined.placed, frame=frame)))
+    _refined = made
     return composer.compose(
         parts, task.settings, task.waves, task.obstacles, task.clearance,
-        lambda stage, share: report(stage, 0.3 + 0.7 * share),
+        part_of(report, 0.3, 1.0),
     )  # fmt: skip
 
 
-def finish(part: PartTask) -> Part:
+def refine_part(part: PartTask) -> Part:
     """Refine a splash and find its surface."""
     from ...core.composition.model import Part
     from ...core.composition.placement import Placed
@@ -156,18 +155,18 @@ def finish(part: PartTask) -> Part:
         points = frame.points_to_local(part.applied.vertices.astype(np.float64))
         mesh = replace(part.applied, vertices=points.astype(np.float32))
         placed = Placed(refiner.base.liquid, frame, mesh)
-        return Part(part.name, placed, DropCloud.empty())
+        return Part(part.key, placed, DropCloud.empty())
     detail = refiner.liquid(part.steps)
     mesh = level_surface(detail.liquid.level, detail.liquid.velocity, detail.liquid.grid)
-    return Part(part.name, Placed(detail.liquid, frame, mesh), detail.cloud)
+    return Part(part.key, Placed(detail.liquid, frame, mesh), detail.cloud)
 
 
-def moved(frame: Frame, place: np.ndarray, label: str) -> Frame:
-    """Return a frame seen from a model. SceneError for a splash that is stretched unevenly."""
+def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
+    """Move a frame to the space of a model. Raises SceneError for a splash that is stretched."""
     turn = place[:3, :3]
     size = float(np.cbrt(abs(np.linalg.det(turn))))
-    if size <= 0 or np.abs(turn @ turn.T / size**2 - np.eye(3)).max() > UNEVEN:
-        raise SceneError(f"'{label}' is stretched: give it the same scale along all axes")
+    if size <= 0 or np.abs(turn @ turn.T / size**2 - np.eye(3)).max() > SCALE_TOLERANCE:
+        raise SceneError(f"'{label}' is stretched: give it the same scale along all three axes")
     return replace(
         frame,
         axes=frame.axes @ (turn / size).T,
@@ -177,20 +176,20 @@ def moved(frame: Frame, place: np.ndarray, label: str) -> Frame:
 
 
 def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
-    """Write the joint mesh, and hide the splashes that it stands for."""
+    """Write the joined mesh, and hide the splashes that it replaces."""
     check_writable(model)
     mesh_object.write_mesh(model.data, made.mesh)
     drop_points.write(model, made.drops)
     group = model.splash_model
-    group.evaluated = task.name
+    group.evaluated = task.key
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
     group.warnings = "\n".join(dict.fromkeys(made.warnings))
-    model_parts.settle()
+    model_parts.update_visibility()
 
 
-KIND = live.Kind(
+KIND = scheduler.Kind(
     owns=lambda item: item.splash_model.is_model,
-    memory=lambda item: item.splash_model,
+    record=lambda item: item.splash_model,
     task_of=task_of,
     compute=compute,
     write=write,
@@ -198,12 +197,12 @@ KIND = live.Kind(
 
 
 def register() -> None:
-    """Have models evaluated."""
-    live.add(KIND)
+    """Have the scheduler evaluate models."""
+    scheduler.add(KIND)
 
 
 def unregister() -> None:
-    """Forget what was kept."""
+    """Drop the intermediate results of the last model."""
     global composer
     composer = None
-    _finished.clear()
+    _refined.clear()

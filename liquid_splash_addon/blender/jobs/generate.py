@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One run of the generator: snapshot the scene, compute, write the result.
 
-``compute`` sees no bpy and may run in any thread; the scene changes only in ``write``, so
-whatever fails before leaves it as it was.
+``compute`` uses no bpy and may run in any thread. Only ``write`` changes the scene, so a failure
+before it leaves the scene as it was.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import time
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,14 +19,18 @@ import numpy as np
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, check_drawings, drawing_scale, strokes_from_drawings
 from ...core.sketch.local_frame import Frame
+from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
+from ..data.version import addon_version
 from ..scene import drop_points, mesh_object
 from ..scene.grease_pencil import read_drawings
-from ..scene.obstacles import obstacles_of
+from ..scene.objects import SceneError, by_uid, check_writable, select_only
+from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.targets import Target
-from . import dependencies, loaded_generator
+from . import dependencies, loaded_generator, refine
+from .progress import part_of
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -37,15 +40,11 @@ if TYPE_CHECKING:
     from ...core.refinement.settings import RefinementSettings
 
 
-class SceneError(ValueError):
-    """Something in the scene that stands in the way; the message says what to do."""
-
-
 @dataclass(frozen=True)
 class Request:
-    """All that a run needs, read from the scene."""
+    """What a run needs, read from the scene."""
 
-    sketch: int  # session_uid, which outlives undo; a reference to an object does not
+    sketch: int  # session_uid, see scene.objects.by_uid
     splash: int | None
     layer: str
     drawings: list[Drawing]
@@ -54,29 +53,27 @@ class Request:
     frame: Frame | None
     frame_real_size: float
     weights: Path | None
-    made_with: str  # hash of the weights of the last run, "" if there was none
-    precision: str  # number format to compute in; "": the fastest, to be measured
+    last_weights: str  # hash of the weights of the last run, "" if there was none
+    precision: str  # number format to compute in; "": measure the fastest
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
 
     @property
     def digest(self) -> str:
-        """What tells strokes, settings, obstacles and weights from any others."""
-        from ...core.obstacles.obstacles import digest
-
+        """Identifies strokes, settings, obstacles and weights."""
         found = hashlib.sha256()
         for drawing in self.drawings:
             for values in (drawing.points, drawing.times, drawing.pressures):
                 found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
-        around = (digest(self.obstacles), self.clearance) if self.obstacles else ()
+        around = obstacles_key(self.obstacles, self.clearance) if self.obstacles else ()
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
         return found.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
 class Result:
-    """All that a run leaves, ready to be written into the scene."""
+    """What a run makes, ready to be written into the scene."""
 
     mesh: Mesh
     drops: Drops | None
@@ -92,13 +89,13 @@ class Result:
 def snapshot(
     context: bpy.types.Context, target: Target, settings: SplashSettings, realign: bool = False
 ) -> Request:
-    """Read all that a run needs.
+    """Read what a run needs.
 
+    realign : fit a new local frame instead of the stored one
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
-    could not be made or written.
+    could not be computed or written.
     """
-    if missing := dependencies.missing_packages():
-        raise SceneError(f"Not installed: {', '.join(missing)}. The Splash panel says how to")
+    check_packages()
     context.view_layer.update()  # world matrices after moves by script
     sketch, splash, layer = target
     if splash is not None:
@@ -108,7 +105,7 @@ def snapshot(
         raise SceneError(lost_layer(layer, sketch))
     drawings, warnings = read_drawings(sketch, layer)
     check_drawings(drawings)
-    memory = splash.splash if splash is not None else None
+    record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     return Request(
         sketch=sketch.session_uid,
@@ -117,40 +114,36 @@ def snapshot(
         drawings=drawings,
         warnings=warnings,
         settings=settings,
-        frame=frame_from_text(memory.frame) if memory and memory.frame and not realign else None,
-        frame_real_size=plain(memory.frame_real_size) if memory else 0.0,
+        frame=frame_from_text(record.frame) if record and record.frame and not realign else None,
+        frame_real_size=plain(record.frame_real_size) if record else 0.0,
         weights=weights_path(context),
-        made_with=memory.weights_hash if memory else "",
-        precision=(memory.precision if memory else "") or known_precision(context, settings.device),
+        last_weights=record.weights_hash if record else "",
+        precision=(record.precision if record else "") or known_precision(context, settings.device),
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
     )
 
 
+def check_packages() -> None:
+    """Raise SceneError if a package is missing without which nothing can be computed."""
+    if missing := dependencies.missing_packages():
+        raise SceneError(
+            f"Not installed: {', '.join(missing)}. The Splash tab in the sidebar shows how to "
+            "install what is missing"
+        )
+
+
 def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
-    """Return what to say about a splash whose layer is gone."""
+    """Return the message for a splash whose layer is gone."""
     return (
-        f"Layer '{layer}' of '{sketch.name}' was deleted or renamed: its splash is kept as it is. "
-        "Choose another layer under Last Run, or delete the splash"
+        f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
+        "is. Choose another layer in the Last Run panel, or delete the splash"
     )
 
 
-def check_writable(splash: bpy.types.Object) -> None:
-    """Raise SceneError if the mesh of ``splash`` cannot be replaced now."""
-    name = splash.name
-    if splash.type != "MESH":
-        raise SceneError(f"'{name}' is no longer a mesh: make a new splash from its sketch")
-    if not (splash.is_editable and splash.data.is_editable):
-        raise SceneError(f"'{name}' is linked from another file: make it local first")
-    if splash.mode != "OBJECT":
-        raise SceneError(f"'{name}' is being edited: switch to Object Mode first")
-    if splash.data.shape_keys is not None:
-        raise SceneError(f"'{name}' has shape keys, which cannot follow: remove them first")
-
-
 def compute(request: Request, report: Report) -> Result:
-    """Make the splash; no bpy here. Raises what core raises."""
+    """Make the splash, without bpy. Raises what core raises."""
     from ...core.pipeline import make_splash
 
     start = time.perf_counter()
@@ -168,13 +161,7 @@ def compute(request: Request, report: Report) -> Result:
     )  # fmt: skip
     report("Packing the fields", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
-    if request.made_with not in ("", generator.weights_hash):
-        warnings.append("Other weights than last time: the splash may look different")
-    if request.precision not in ("", generator.precision):
-        warnings.append(
-            f"Made in the format {generator.precision}: {request.precision} is not to be had on "
-            f"this device. The splash may look a little different"
-        )
+    warnings += generator_changes(request, generator.weights_hash, generator.precision)
     fields = splash.fields.to_bytes()
     seconds = time.perf_counter() - start
     return Result(
@@ -190,13 +177,21 @@ def compute(request: Request, report: Report) -> Result:
     )
 
 
-def part_of(report: Report, first: float, last: float) -> Report:
-    """Return the report for a part of the work that goes from ``first`` to ``last``, of 0..1."""
-    return lambda stage, share: report(stage, first + share * (last - first))
+def generator_changes(request: Request, weights_hash: str, precision: str) -> list[str]:
+    """Warn of a generator other than that of the last run: its weights, its number format."""
+    warnings = []
+    if request.last_weights not in ("", weights_hash):
+        warnings.append("Made with other weights than last time: the splash may look different")
+    if request.precision not in ("", precision):
+        warnings.append(
+            f"Made in the format {precision}: {request.precision} is not available on this device. "
+            "The splash may look a little different"
+        )
+    return warnings
 
 
 def stored_frame(request: Request) -> Frame | None:
-    """Return the frame of the last run, scaled anew if the real size was changed since."""
+    """Return the frame of the last run, rescaled if the real size was changed since."""
     frame, real_size = request.frame, request.settings.real_size
     if frame is None or real_size == request.frame_real_size:
         return frame
@@ -206,16 +201,16 @@ def stored_frame(request: Request) -> Frame | None:
 def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.types.Object:
     """Write a result into the scene and return the splash object.
 
-    Raises SceneError if the sketch or the splash went away while the result was computed.
+    Raises SceneError if the sketch or the splash was deleted while the result was computed.
     """
     sketch = by_uid(request.sketch)
     splash = by_uid(request.splash) if request.splash is not None else None
     if sketch is None or (splash is None and request.splash is not None):
-        raise SceneError("The sketch or its splash was deleted meanwhile")
+        raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
     context.view_layer.update()
     if splash is None:
         splash = mesh_object.new_object(context, sketch, request.layer)
-        if sketch.mode == "OBJECT":  # else leave the artist in the middle of the drawing
+        if sketch.mode == "OBJECT":  # else the artist goes on drawing
             select_only(context, splash)
     else:
         check_writable(splash)
@@ -233,57 +228,17 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
 def remember(
     splash: bpy.types.Object, sketch: bpy.types.Object, request: Request, result: Result
 ) -> None:
-    """Note on the splash how it was made."""
-    from . import refine
-
-    memory = splash.splash
-    assign_settings(memory.settings, request.settings)
-    memory.version = addon_version()
-    memory.made_of = request.digest
-    memory.frame = frame_to_text(result.frame)
-    memory.frame_real_size = request.settings.real_size
-    memory.weights_hash = result.weights_hash
-    memory.precision = result.precision
-    memory.device = result.device
-    memory.summary = result.summary
-    memory.warnings = "\n".join(result.warnings)
+    """Record on the splash how it was made."""
+    record = splash.splash
+    assign_settings(record.settings, request.settings)
+    record.version = addon_version()
+    record.made_of = request.digest
+    record.frame = frame_to_text(result.frame)
+    record.frame_real_size = request.settings.real_size
+    record.weights_hash = result.weights_hash
+    record.precision = result.precision
+    record.device = result.device
+    record.summary = result.summary
+    record.warnings = "\n".join(result.warnings)
     mesh_object.remember_place(splash, sketch)
-    refine.remember(splash, refine.task_of(splash).name, [], [])
-
-
-def by_uid(uid: int) -> bpy.types.Object | None:
-    """Return the object of this session id."""
-    return next((item for item in bpy.data.objects if item.session_uid == uid), None)
-
-
-def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
-    """Select ``item`` alone and make it the active object."""
-    for other in context.selected_objects:
-        other.select_set(False)
-    item.select_set(True)
-    context.view_layer.objects.active = item
-
-
-def frame_to_text(frame: Frame) -> str:
-    """Return a frame's 13 numbers (axes, centre, scale) as text, exactly."""
-    numbers = [*np.ravel(frame.axes), *frame.centre, frame.scale]
-    return " ".join(repr(float(number)) for number in numbers)
-
-
-def frame_from_text(text: str) -> Frame:
-    """Return the frame that :func:`frame_to_text` wrote."""
-    numbers = np.array([float(word) for word in text.split()])
-    return Frame(numbers[:9].reshape(3, 3), numbers[9:12], float(numbers[12]))
-
-
-@lru_cache
-def addon_version() -> str:
-    """Return the version in the manifest, which lies beside the package when it is installed."""
-    import tomllib
-
-    package = Path(__file__).resolve().parents[2]
-    for folder in (package, package.parent):
-        manifest = folder / "blender_manifest.toml"
-        if manifest.is_file():
-            return str(tomllib.loads(manifest.read_text(encoding="utf-8"))["version"])
-    return "unknown"
+    refine.remember(splash, refine.task_of(splash).key, [], [])

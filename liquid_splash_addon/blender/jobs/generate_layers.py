@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A splash for each layer of a sketch: only those whose layer has changed are made anew."""
+"""A splash for each layer of a sketch; only those whose layer has changed are made again."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from ..data.model import models_of
 from ..data.properties import to_settings
 from ..scene import mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
+from ..scene.objects import SceneError, by_uid, select_only
 from ..scene.targets import Target, splashes_of
-from . import generate, live
-from .generate import SceneError
+from . import generate, scheduler
+from .progress import labelled, part_of
 
 if TYPE_CHECKING:
     from ...core.progress import Report
@@ -27,13 +28,13 @@ Choose = Callable[[SplashSettings], SplashSettings]
 
 @dataclass(frozen=True)
 class LayersRequest:
-    """What there is to do, read from the scene.
+    """What is to be made, read from the scene.
 
     Attributes
     ----------
     sketch : session_uid
-    runs : of the layers that have changed
-    kept : number of splashes that are as their layers are
+    runs : one for each layer that has changed
+    kept : number of splashes that are up to date
     warnings : sentences for the user
     """
 
@@ -46,14 +47,14 @@ class LayersRequest:
 def snapshot(context: bpy.types.Context, sketch: bpy.types.Object, choose: Choose) -> LayersRequest:
     """Read the visible layers of ``sketch`` that have strokes.
 
-    choose : returns the settings to use for stored ones. Raises SceneError, StrokeError where
-    nothing can be made of any layer.
+    choose : turns the stored settings of a splash into those to use
+    Raises SceneError if no splash can be made of any layer.
     """
     own = {item.splash.layer: item for item in splashes_of(sketch, context.scene)}
     layers = drawn_layers(sketch)
     if not layers:
-        raise SceneError(f"'{sketch.name}' has no visible layer with strokes: draw some first")
-    runs, kept, warnings = [], 0, deleted(sketch, own)
+        raise SceneError(f"'{sketch.name}' has no visible layer with strokes: draw one first")
+    runs, kept, warnings = [], 0, warn_of_lost_layers(sketch, own)
     for layer in layers:
         splash = own.get(layer)
         owner = context.scene if splash is None else splash
@@ -72,8 +73,8 @@ def snapshot(context: bpy.types.Context, sketch: bpy.types.Object, choose: Choos
     return LayersRequest(sketch.session_uid, runs, kept, warnings)
 
 
-def deleted(sketch: bpy.types.Object, own: dict[str, bpy.types.Object]) -> list[str]:
-    """Return a warning for each splash whose layer is gone; the splash keeps it, too."""
+def warn_of_lost_layers(sketch: bpy.types.Object, own: dict[str, bpy.types.Object]) -> list[str]:
+    """Return a warning for each splash whose layer is gone, and record it on the splash."""
     warnings = []
     for layer, splash in own.items():
         if layer and layer not in sketch.data.layers:
@@ -83,22 +84,15 @@ def deleted(sketch: bpy.types.Object, own: dict[str, bpy.types.Object]) -> list[
 
 
 def compute(request: LayersRequest, report: Report) -> list[generate.Result | StrokeError]:
-    """Make the splashes one after the other; no bpy here. A layer's own fault is its result."""
+    """Make the splashes one by one, without bpy; a StrokeError is the result of its layer."""
     results: list[generate.Result | StrokeError] = []
     for number, run in enumerate(request.runs):
-        part = generate.part_of(
-            report, number / len(request.runs), (number + 1) / len(request.runs)
-        )
+        part = part_of(report, number / len(request.runs), (number + 1) / len(request.runs))
         try:
             results.append(generate.compute(run, labelled(part, run.layer)))
         except StrokeError as error:
             results.append(error)
     return results
-
-
-def labelled(report: Report, layer: str) -> Report:
-    """Return a report that names the layer."""
-    return lambda stage, share: report(f"{layer}: {stage}", share)
 
 
 def write(
@@ -108,11 +102,11 @@ def write(
 ) -> list[str]:
     """Write the splashes, join them if there are several, and return warnings.
 
-    Raises SceneError if the sketch went away meanwhile or nothing could be made.
+    Raises SceneError if the sketch was deleted meanwhile, or no splash could be made.
     """
     warnings = list(request.warnings)
     made = 0
-    with live.held():
+    with scheduler.held():
         for run, result in zip(request.runs, results, strict=True):
             if isinstance(result, StrokeError):
                 warnings.append(f"Layer '{run.layer}': {result}")
@@ -122,18 +116,18 @@ def write(
             made += 1
         if not made and not request.kept:
             raise SceneError(" / ".join(warnings))
-        sketch = generate.by_uid(request.sketch)
+        sketch = by_uid(request.sketch)
         if sketch is None:
-            raise SceneError("The sketch was deleted meanwhile")
-        stay_with(sketch, context)
+            raise SceneError("The sketch was deleted meanwhile, so its splashes were not joined")
+        move_with_sketch(sketch, context)
         model = join(context, sketch)
     if model is not None:
         warnings += filter(None, model.splash_model.warnings.split("\n"))
     return warnings
 
 
-def stay_with(sketch: bpy.types.Object, context: bpy.types.Context) -> None:
-    """Move the splashes that were not made anew as the sketch has moved."""
+def move_with_sketch(sketch: bpy.types.Object, context: bpy.types.Context) -> None:
+    """Move all splashes of ``sketch`` as it has moved, also those that were not made again."""
     for splash in splashes_of(sketch, context.scene):
         mesh_object.follow_sketch(splash, sketch)
         context.view_layer.update()
@@ -141,16 +135,20 @@ def stay_with(sketch: bpy.types.Object, context: bpy.types.Context) -> None:
 
 
 def join(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Object | None:
-    """Put the splashes of the layers into the sketch's model; a new one if there are several."""
+    """Add the splashes of the layers to their model, or make one if there are several.
+
+    Returns None for a single splash without a model.
+    """
     splashes = [item for item in splashes_of(sketch, context.scene) if item.splash.layer]
     found = [model for splash in splashes for model in models_of(splash)]
     free = [splash for splash in splashes if not models_of(splash)]
     if found:
         model_parts.add_parts(found[0], free)
+        scheduler.request(found[0])
         return found[0]
     if len(free) > 1:
         model = model_parts.new_model(context, free)
-        if sketch.mode == "OBJECT":  # else leave the artist in the middle of the drawing
-            generate.select_only(context, model)
+        if sketch.mode == "OBJECT":  # else the artist goes on drawing
+            select_only(context, model)
         return model
     return None

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ...core.progress import Report
 
 STOP_SECONDS = 30.0
-"""How long quitting or unregistering waits for the thread: the generator cannot be interrupted."""
+"""How long quitting and unregistering wait for the thread: the generator cannot be interrupted."""
 
 
 class Job:
@@ -25,7 +25,7 @@ class Job:
     """
 
     def __init__(self, work: Callable[[Report], Any]) -> None:
-        """Start ``work(report)``; a call of ``report`` ends it once :meth:`cancel` was called."""
+        """Start ``work(report)``; once :meth:`cancel` was called, its next ``report`` ends it."""
         self.stage, self.fraction = "Starting", 0.0
         self._work = work
         self._result: Any = None
@@ -59,7 +59,7 @@ class Job:
         self.wait()
         if self._error is not None:
             raise self._error
-        if self.is_stopping:  # too late for the work to notice, not for the user
+        if self.is_stopping:  # cancelled after the last report: the work did not notice
             raise Cancelled
         return self._result
 
@@ -73,12 +73,12 @@ class Job:
     def _run(self) -> None:
         try:
             self._result = self._work(self._report)
-        except BaseException as error:  # handed to the thread that asked for it
+        except BaseException as error:  # raised again in the thread that asks for the result
             self._error = error
 
 
 running: Job | None = None
-"""The one job at a time, for the panel and for the operators' poll."""
+"""The job of the operator that runs, for the panel and for poll; there is one at most."""
 
 
 def start(work: Callable[[Report], Any]) -> Job:
@@ -89,22 +89,22 @@ def start(work: Callable[[Report], Any]) -> Job:
 
 
 def redraw_sidebars() -> None:
-    """Have the panels of all windows drawn again."""
+    """Redraw the 3D viewports of all windows, and with them the panels."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()
 
 
-def finish() -> None:
+def forget() -> None:
     """Forget the running job."""
     global running
     running = None
 
 
 def stop() -> None:
-    """End the running job, if there is one, and wait for it."""
+    """Cancel the running job, if there is one, and wait for its end."""
     if running is not None:
         running.cancel()
         running.wait(STOP_SECONDS)
-        finish()
+        forget()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loaded generators, kept until the add-on goes: loading takes longer than a draft."""
+"""The loaded generator, kept until the add-on is disabled: loading takes longer than a draft."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _loaded: dict[tuple[Path, int, str, str], Generator] = {}
 
 
 def get(path: Path | None, device: str, precision: str = "") -> Generator:
-    """Return the generator of the weights file ``path`` (None: bundled) on ``device``.
+    """Return the generator of the weights file ``path`` (None: the bundled one) on ``device``.
 
-    precision : a key of ``core.precision.PRECISIONS``. If it is empty, or one that this device
-    does not have (a file from another machine), the fastest is measured and taken.
-    Only the last one used is kept: two would share a small GPU badly. Not for two threads at
-    once. Raises WeightsError, TorchMissingError.
+    precision : a key of ``core.generator.precision.PRECISIONS``. If it is empty, or not available
+    on this device (as in a file from another machine), the fastest is measured and used.
+    Only the last generator is kept: a small GPU has no room for two. Not thread-safe.
+    Raises WeightsError, TorchMissingError.
     """
     from ...core.generator.loading import load_generator, pick_device
     from ...core.generator.precision import fastest_in_use, is_usable
     from ...core.generator.weights_file import default_weights_path
 
     path = path or default_weights_path()
-    # A file that was replaced since is a new one.
+    # A weights file that was replaced is loaded again.
     changed = path.stat().st_mtime_ns if path.is_file() else 0
     key = (path, changed, device, precision)
     if key not in _loaded:
@@ -40,7 +40,7 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
 
 
 def free() -> None:
-    """Drop the loaded generator and give its GPU memory back."""
+    """Drop the loaded generator and release its GPU memory."""
     _loaded.clear()
     torch = sys.modules.get("torch")
     if torch is not None and torch.cuda.is_available():

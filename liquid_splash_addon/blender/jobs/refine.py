@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Refine a splash anew whenever its list of refinements changes, like a stack of modifiers.
+"""Refine a splash whenever its list of refinements changes, like a stack of modifiers.
 
-Always from the generator's output, which is stored with the mesh, never from the refined mesh.
-When and in which thread: see live.
+It always starts from the generator's output, which is stored with the mesh, never from the refined
+mesh. When it runs, and in which thread: see scheduler.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..data.frame_text import frame_from_text
 from ..data.model import models_of
 from ..data.properties import plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, mesh_object
-from ..scene.obstacles import obstacles_of
-from . import live
-from .generate import SceneError, check_writable, frame_from_text
+from ..scene.objects import SceneError, check_writable
+from ..scene.obstacles import obstacles_key, obstacles_of
+from . import scheduler
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -43,26 +44,24 @@ class Task:
     clearance: float
 
     @property
-    def name(self) -> str:
-        """What tells it from any other task: the splash's fields and its settings."""
-        return self.name_with(self.steps)
+    def key(self) -> str:
+        """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
+        return self.key_with(self.steps)
 
-    def name_with(self, steps: object) -> str:
-        """Return the name that the task would have with other steps."""
+    def key_with(self, steps: object) -> str:
+        """Return the key that the task would have with other steps."""
         source = hashlib.sha256(self.fields).hexdigest()[:16]
         return f"{source} {self.threshold} {steps!r} {self.around!r}"
 
     @property
     def around(self) -> tuple[str, float]:
-        """What tells its obstacles from any others."""
-        from ...core.obstacles.obstacles import digest
-
-        return digest(self.obstacles), self.clearance
+        """Identifies its obstacles and their clearance."""
+        return obstacles_key(self.obstacles, self.clearance)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What refining a splash made, in its own units."""
+    """The result of refining a splash, in the splash's own units."""
 
     mesh: Mesh
     drops: Drops
@@ -71,13 +70,13 @@ class Outcome:
 
 
 def task_of(splash: bpy.types.Object) -> Task:
-    """Read what is needed; SceneError if the splash cannot be refined."""
+    """Read what refining ``splash`` needs. Raises SceneError if it cannot be refined."""
     check_writable(splash)
     return read_task(splash)
 
 
 def read_task(splash: bpy.types.Object) -> Task:
-    """Read what is needed, also where the mesh cannot be replaced now."""
+    """Like :func:`task_of`, also where the mesh cannot be replaced now."""
     fields = splash.data.get(mesh_object.FIELDS)
     if not fields or not splash.splash.frame:
         raise SceneError(f"'{splash.name}' has no stored liquid: generate it again")
@@ -91,11 +90,11 @@ def read_task(splash: bpy.types.Object) -> Task:
 
 
 refiner: tuple[tuple[bytes, float, str, float], Refiner] | None = None
-"""The last splash's, with what it kept of its steps."""
+"""The refiner of the last splash, with the results of its steps."""
 
 
 def refiner_of(task: Task) -> Refiner:
-    """Return the refiner of a task's splash; no bpy here. ValueError for damaged fields."""
+    """Return the refiner for a task, without bpy. Raises ValueError for damaged fields."""
     global refiner
     from ...core.liquid.fields import Fields
     from ...core.refinement.stack import Refiner
@@ -109,7 +108,7 @@ def refiner_of(task: Task) -> Refiner:
 
 
 def compute(task: Task, report: Report) -> Outcome:
-    """Refine; no bpy here. ValueError if the stored liquid is damaged."""
+    """Refine, without bpy. Raises ValueError for damaged fields."""
     from ...core.composition.drops import drops_to_drawing, mesh_to_drawing
 
     refined = refiner_of(task).refine(task.steps, report)
@@ -126,30 +125,31 @@ def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     check_writable(splash)
     mesh_object.write_mesh(splash.data, outcome.mesh)
     drop_points.write(splash, outcome.drops)
-    remember(splash, task.name, outcome.gained, outcome.warnings)
+    remember(splash, task.key, outcome.gained, outcome.warnings)
 
 
-def remember(splash: bpy.types.Object, name: str, gained: list[float], said: list[str]) -> None:
-    """Note with what the mesh was made, and what the refinements had to say.
+def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: list[str]) -> None:
+    """Record on ``splash`` what its mesh was made of, and have its models evaluated.
 
-    The models that hold the splash follow.
+    key : of the task
+    gained : change of the volume by each refinement, as a share
     """
     stack = splash.splash_stack
-    stack.evaluated = name
+    stack.evaluated = key
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
-    stack.warnings = "\n".join(dict.fromkeys(said))
+    stack.warnings = "\n".join(dict.fromkeys(warnings))
     for model in models_of(splash):
-        live.request(model)
+        scheduler.request(model)
 
 
 def evaluate(splash: bpy.types.Object) -> None:
     """Refine ``splash`` now. Raises SceneError, and ValueError for damaged fields."""
-    live.evaluate(splash, KIND)
+    scheduler.evaluate(splash, KIND)
 
 
-KIND = live.Kind(
+KIND = scheduler.Kind(
     owns=lambda item: item.splash.is_splash,
-    memory=lambda item: item.splash_stack,
+    record=lambda item: item.splash_stack,
     task_of=task_of,
     compute=compute,
     write=write,
@@ -157,11 +157,11 @@ KIND = live.Kind(
 
 
 def register() -> None:
-    """Have splashes evaluated."""
-    live.add(KIND)
+    """Have the scheduler evaluate splashes."""
+    scheduler.add(KIND)
 
 
 def unregister() -> None:
-    """Forget what was kept."""
+    """Drop the last refiner."""
     global refiner
     refiner = None

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's objects to arrays and back; imports data and core."""
+"""Blender's objects to arrays and back. Imports data and core."""

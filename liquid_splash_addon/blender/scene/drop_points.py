@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The free drops of a splash as a point cloud: for instances, motion blur, and the smallest ones.
+"""The free drops of a splash as a point cloud, including those too small for the mesh.
 
-The object is a mesh of single vertices, which a modifier makes a point cloud: until Blender 5 a
-script cannot size a point cloud of its own.
+The object is a mesh of single vertices, which a modifier turns into a point cloud: before Blender 5
+a script cannot set the size of a point cloud.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 NAME = "Splash Drops"
 
 MARK = "splash_drops"
-"""Custom property that tells the node group of this file, whatever it is called."""
+"""Custom property by which the node group is found, whatever it is called."""
 
 ALL = "All Drops"
-"""The modifier's input: show those that the splash's mesh holds, too."""
+"""Input of the modifier: show also the drops that are part of the splash's mesh."""
 
 
 def points_of(splash: bpy.types.Object) -> bpy.types.Object | None:
-    """Return the drops' object of ``splash``, if there is one that can be written to."""
+    """Return the object that holds the drops of ``splash``; None if it cannot be written."""
     item = splash.splash_stack.points
     if item is None or not item.users_scene or item.type != "MESH":
         return None
@@ -36,7 +36,7 @@ def points_of(splash: bpy.types.Object) -> bpy.types.Object | None:
 
 
 def ensure(splash: bpy.types.Object) -> None:
-    """Give ``splash`` an object for its drops, as a child; still empty."""
+    """Give ``splash`` a child object for its drops, still empty, unless it has one."""
     item = splash.splash_stack.points
     if item is not None and item.users_scene:
         return
@@ -50,7 +50,7 @@ def ensure(splash: bpy.types.Object) -> None:
 
 
 def write(splash: bpy.types.Object, drops: Drops | None) -> None:
-    """Replace the drops of ``splash`` where it has an object for them."""
+    """Replace the drops of ``splash`` if it has an object for them."""
     item = points_of(splash)
     if item is None:
         return
@@ -70,7 +70,7 @@ def write(splash: bpy.types.Object, drops: Drops | None) -> None:
 
 
 def node_group() -> bpy.types.NodeTree:
-    """Return the node group that makes the vertices points, made at the first call."""
+    """Return the node group that turns vertices into points; make it if there is none."""
     for group in bpy.data.node_groups:
         if MARK in group and group.library is None:
             return group
@@ -88,13 +88,13 @@ def node_group() -> bpy.types.NodeTree:
 
 
 def add_nodes(group: bpy.types.NodeTree) -> None:
-    """Fill the group: points of the drops' radii, where All Drops is on or no mesh holds them."""
+    """Fill the group: a point for each drop that is in no mesh, and for all with *All Drops* on."""
     nodes, links = group.nodes, group.links
     begin, end = nodes.new("NodeGroupInput"), nodes.new("NodeGroupOutput")
     points = nodes.new("GeometryNodeMeshToPoints")
     radius, meshed = named(group, "FLOAT", "radius"), named(group, "BOOLEAN", "meshed")
     wanted = nodes.new("FunctionNodeBooleanMath")
-    wanted.operation = "IMPLY"  # in the mesh -> all are wanted
+    wanted.operation = "IMPLY"  # in the mesh -> shown only if all are
     material = nodes.new("GeometryNodeSetMaterial")
     material.inputs["Material"].default_value = water_material()
     links.new(meshed.outputs["Attribute"], wanted.inputs[0])
@@ -107,7 +107,7 @@ def add_nodes(group: bpy.types.NodeTree) -> None:
 
 
 def named(group: bpy.types.NodeTree, kind: str, name: str) -> bpy.types.Node:
-    """Return a node that reads an attribute."""
+    """Add a node that reads an attribute."""
     node = group.nodes.new("GeometryNodeInputNamedAttribute")
     node.data_type = kind
     node.inputs["Name"].default_value = name

@@ -6,8 +6,8 @@ splash whose object stands where the sketch stands has the drawing's own coordin
 scaled sketch is simply a larger one.
 
 Time is the points' ``delta_time``: seconds since the stroke began, as Blender records it while
-one draws. Pressure is not kept as such, only in the thickness that it gave the line: a point's
-pressure is its radius over the largest radius in the sketch, so a thicker line is a faster one.
+the artist draws. Pressure is kept only as the thickness that it gave the line: a point's pressure
+is its radius divided by the largest radius in the sketch, so a thicker line is a faster one.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ def rigid_matrix(item: bpy.types.Object) -> Matrix:
 
 
 def read_drawings(sketch: bpy.types.Object, only: str = "") -> tuple[list[Drawing], list[str]]:
-    """Return the sketch's strokes at the current frame, in drawing space, and warnings.
+    """Read the sketch's strokes at the current frame, in drawing space; return them and warnings.
 
-    Layers without a drawing at this frame are left out, and hidden layers with a warning. The
-    sketch's modifiers are not applied: they would part the points from their times.
+    Layers without a drawing at this frame are left out, and so are hidden layers, with a warning.
+    The sketch's modifiers are not applied: they would separate the points from their times.
 
-    only : the name of a layer, hidden or not, that alone is read.
+    only : the name of the one layer to read, hidden or not; empty for all visible layers.
     """
     drawings, warnings, skipped = [], [], 0
     to_drawing = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
-    unbent = 0
+    nurbs = 0
     for layer in sketch.data.layers:
         if not has_strokes(layer) or (only and layer.name != only):
             continue
@@ -54,17 +54,20 @@ def read_drawings(sketch: bpy.types.Object, only: str = "") -> tuple[list[Drawin
             continue
         matrix = to_drawing @ layer_matrix(sketch, layer)
         for stroke in raw_strokes(layer.current_frame().drawing):
-            unbent += stroke.curve_type == NURBS
+            nurbs += stroke.curve_type == NURBS
             drawings.append(to_drawing_space(stroke, matrix))
     if skipped:
-        warnings.append(f"{skipped} hidden layer(s) left out")
-    if unbent:
-        warnings.append(f"{unbent} NURBS stroke(s) read as straight lines between control points")
+        warnings.append(f"Left out {skipped} hidden layer(s): show them to include them")
+    if nurbs:
+        warnings.append(
+            f"Read {nurbs} NURBS stroke(s) as straight lines between their control points: convert "
+            "them to Bezier curves to keep their shape"
+        )
     return drawings_with_pressure(drawings), warnings
 
 
 def drawn_layers(sketch: bpy.types.Object) -> list[str]:
-    """Return the names of the visible layers that have strokes at the current frame."""
+    """List the names of the visible layers that have strokes at the current frame."""
     return [
         layer.name for layer in sketch.data.layers if has_strokes(layer) and not is_hidden(layer)
     ]
@@ -77,7 +80,7 @@ def has_strokes(layer: Any) -> bool:
 
 
 def is_hidden(layer: Any) -> bool:
-    """Whether a layer, or a group that it lies in, is hidden."""
+    """Whether a layer, or a group that holds it, is hidden."""
     return layer.hide or (layer.parent_group is not None and is_hidden(layer.parent_group))
 
 
@@ -142,9 +145,9 @@ def read_attribute(drawing: Any, name: str) -> np.ndarray | None:
 
 
 def to_drawing_space(stroke: RawStroke, matrix: np.ndarray) -> Drawing:
-    """Return a stroke with its bends and its closing line drawn out, moved by ``matrix``.
+    """Turn a stroke into a Drawing: closed, its Bezier curves sampled, moved by ``matrix``.
 
-    Its pressures are still radii.
+    Its pressures are still radii, see :func:`drawings_with_pressure`.
     """
     points, times, radii = stroke.points, stroke.times, stroke.radii
     if times is not None:
@@ -155,18 +158,18 @@ def to_drawing_space(stroke: RawStroke, matrix: np.ndarray) -> Drawing:
         radii = None if radii is None else np.append(radii, radii[0])
     if stroke.curve_type == BEZIER and stroke.handles is not None and len(points) > 1:
         points = bezier_points(points, *stroke.handles)
-        knots = np.arange(len(points)) / BEZIER_STEPS
+        places = np.arange(len(points)) / BEZIER_STEPS
         times, radii = (
-            None if v is None else np.interp(knots, np.arange(len(v)), v) for v in (times, radii)
+            None if v is None else np.interp(places, np.arange(len(v)), v) for v in (times, radii)
         )
     return Drawing(points @ matrix[:3, :3].T + matrix[:3, 3], times, radii)
 
 
 def continuous_times(times: np.ndarray) -> np.ndarray:
-    """Return times that never fall, as joined or flipped strokes have them.
+    """Make times never decrease, as they do in joined and in reversed strokes.
 
-    A stroke whose direction was switched runs backward in time: take it as drawn this way
-    round. Where two strokes were joined the clock starts anew: go on from there.
+    A stroke whose direction was switched runs backward in time: it is read as if drawn the other
+    way. Where two strokes were joined the times start again at zero: they go on instead.
     """
     if len(times) > 1 and times[-1] < times[0]:
         times = times[0] - times
@@ -177,7 +180,7 @@ def continuous_times(times: np.ndarray) -> np.ndarray:
 
 
 def closing_time(closed: np.ndarray, times: np.ndarray) -> float:
-    """Return when a closed stroke ``(n + 1, 3)`` is back at its start, at its mean speed."""
+    """Return when a closed stroke ``(n + 1, 3)`` is back at its start, if drawn at mean speed."""
     steps = np.linalg.norm(np.diff(closed, axis=0), axis=1)
     drawn = steps[:-1].sum()
     share = steps[-1] / drawn if drawn > 0 else 0.0
@@ -185,9 +188,9 @@ def closing_time(closed: np.ndarray, times: np.ndarray) -> float:
 
 
 def bezier_points(points: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return points ``((n - 1) * BEZIER_STEPS + 1, 3)`` on the Bezier curve through ``(n, 3)``.
+    """Sample ``((n - 1) * BEZIER_STEPS + 1, 3)`` points on the Bezier curve through ``(n, 3)``.
 
-    left, right : handles before and after each point; of a closed curve only the first n - 1.
+    left, right : handles before and after each point; on a closed curve only for the first n - 1.
     """
     left, right = (np.append(side, side[:1], axis=0)[: len(points)] for side in (left, right))
     t = (np.arange(BEZIER_STEPS) / BEZIER_STEPS)[None, :, None]
@@ -200,7 +203,7 @@ def bezier_points(points: np.ndarray, left: np.ndarray, right: np.ndarray) -> np
 def drawings_with_pressure(drawings: list[Drawing]) -> list[Drawing]:
     """Turn radii into pressures: the share of the sketch's largest radius.
 
-    A line of one thickness throughout says nothing: then there are no pressures.
+    Where all points have one thickness there is nothing to tell pressure from: it is None then.
     """
     radii = [d.pressures for d in drawings if d.pressures is not None]
     together = np.concatenate(radii) if radii else np.zeros(1)

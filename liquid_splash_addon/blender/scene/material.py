@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The water that every splash shares."""
+"""The water material that all splashes share."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import bpy
 
 NAME = "Splash Water"
 MARK = "liquid_splash_water"
+"""Custom property by which the material is found, also when it was renamed or edited."""
 
 WATER = {
     "Base Color": (1.0, 1.0, 1.0, 1.0),
@@ -18,10 +19,7 @@ WATER = {
 
 
 def water_material() -> bpy.types.Material:
-    """Return the water material of this file, made at the first call.
-
-    It is known by a mark, so that a renamed or retuned one is still reused.
-    """
+    """Return the water material of this file; make it if there is none."""
     for material in bpy.data.materials:
         if MARK in material and material.library is None:
             return material

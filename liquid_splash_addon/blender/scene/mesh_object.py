@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Splashes as mesh objects: the mesh, its velocity, its fields and its place."""
+"""Splashes as mesh objects: the mesh with its velocity, the stored fields, the place."""
 
 from __future__ import annotations
 
@@ -39,23 +39,29 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
 
 
 def store_fields(data: bpy.types.Mesh, fields: bytes) -> None:
-    """Keep a splash's compressed fields with its mesh."""
-    # Written over other bytes, Blender 4.5 takes new ones for text that ends at the first zero.
+    """Store a splash's compressed fields with its mesh."""
+    # Deleted first: Blender 4.5 reads bytes that replace others as text, up to the first zero.
     if FIELDS in data:
         del data[FIELDS]
     data[FIELDS] = fields
 
 
 def read_mesh(data: bpy.types.Mesh) -> Mesh:
-    """Return the triangles of ``data``, without velocities."""
+    """Read the triangles of ``data`` as core's Mesh, with velocities of zero."""
     from ...core.mesh.mesh import Mesh
 
+    vertices, faces = read_triangles(data)
+    return Mesh(vertices, faces, np.zeros_like(vertices))
+
+
+def read_triangles(data: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Read vertices, float32 ``(n, 3)``, and triangles, int32 ``(m, 3)``."""
     data.calc_loop_triangles()
     vertices = np.empty((len(data.vertices), 3), dtype=np.float32)
     faces = np.empty((len(data.loop_triangles), 3), dtype=np.int32)
     data.vertices.foreach_get("co", vertices.ravel())
     data.loop_triangles.foreach_get("vertices", faces.ravel())
-    return Mesh(vertices, faces, np.zeros_like(vertices))
+    return vertices, faces
 
 
 def flat(values: np.ndarray) -> np.ndarray:
@@ -66,23 +72,23 @@ def flat(values: np.ndarray) -> np.ndarray:
 def new_object(
     context: bpy.types.Context, sketch: bpy.types.Object, layer: str = ""
 ) -> bpy.types.Object:
-    """Return a new, empty splash object that stands where ``sketch`` stands.
+    """Make an empty splash object at the place of ``sketch``.
 
-    layer : of the sketch, of which alone the splash is to be made.
+    layer : the one layer of the sketch that the splash is for; empty for all visible layers.
     """
     name = f"Splash {layer}" if layer else "Splash"
     splash = bpy.data.objects.new(name, bpy.data.meshes.new(name))
     splash.data.materials.append(water_material())
-    home(context, sketch).objects.link(splash)
+    collection_for(context, sketch).objects.link(splash)
     splash.matrix_world = rigid_matrix(sketch)
     splash.splash.sketch, splash.splash.layer = sketch, layer
     return splash
 
 
-def home(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Collection:
-    """Return the collection for a splash: the sketch's, where this scene shows it."""
+def collection_for(context: bpy.types.Context, origin: bpy.types.Object) -> bpy.types.Collection:
+    """Return the collection for an object made of ``origin``: the same, if this scene shows it."""
     shown = {context.scene.collection, *context.scene.collection.children_recursive}
-    for collection in sketch.users_collection:
+    for collection in origin.users_collection:
         if collection in shown and collection.is_editable:
             return collection
     return context.collection
@@ -91,7 +97,7 @@ def home(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Coll
 def follow_sketch(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
     """Move the splash as its sketch has moved since the last run, keeping the user's own offset.
 
-    A splash that went along already, as a child or because both were moved together, stays.
+    A splash that has already moved along, as a child or because both were moved, stays.
     """
     then, now = matrix(splash.splash.sketch_matrix), rigid_matrix(sketch)
     moved = now @ then.inverted()
@@ -102,7 +108,7 @@ def follow_sketch(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
 
 
 def remember_place(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
-    """Note where splash and sketch stand, for the next :func:`follow_sketch`."""
+    """Record the places of splash and sketch for the next :func:`follow_sketch`."""
     for name, place in (
         ("sketch_matrix", rigid_matrix(sketch)),
         ("splash_matrix", world_matrix(splash)),
@@ -111,7 +117,7 @@ def remember_place(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
 
 
 def world_matrix(item: bpy.types.Object) -> Matrix:
-    """Return ``matrix_world``, also of hidden objects: Blender does not keep theirs up to date."""
+    """Return ``matrix_world``, also of hidden objects, for which Blender does not update it."""
     if item.constraints or item.parent_type != "OBJECT":
         return item.matrix_world.copy()
     if item.parent is None:
@@ -120,12 +126,12 @@ def world_matrix(item: bpy.types.Object) -> Matrix:
 
 
 def matrix(values: bpy.types.bpy_prop_array) -> Matrix:
-    """Return the matrix whose 16 ``values`` are stored row by row."""
+    """Make a matrix from 16 ``values``, row by row."""
     return Matrix(np.reshape(values, (4, 4)).tolist())
 
 
 def is_near(first: Matrix, second: Matrix) -> bool:
-    """Whether two matrices are equal but for rounding."""
+    """Whether two matrices are equal except for rounding."""
     one, other = np.array(first), np.array(second)
     return bool(np.abs(one - other).max() <= NEAR * np.abs(other).max())
 

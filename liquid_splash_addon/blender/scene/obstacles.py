@@ -1,48 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that a splash keeps out of: a collection of them on each splash."""
+"""The obstacles of a splash: from Blender's objects to core's Obstacles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, PointerProperty
 
-from ..data.model import changed
+from ..data.model import is_model
 from ..data.properties import plain
 from .grease_pencil import rigid_matrix
+from .mesh_object import read_triangles
 
 if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
 
 SOLID_TYPES = ("MESH", "CURVE", "SURFACE", "META", "FONT")
-"""Objects whose evaluated form has faces."""
-
-
-class SplashObstaclesGroup(bpy.types.PropertyGroup):
-    """What a splash or a model keeps out of."""
-
-    collection: PointerProperty(
-        type=bpy.types.Collection,
-        name="Obstacles",
-        description="The liquid flows around the objects of this collection, and is cut where it "
-        "would be inside them",
-        update=changed,
-    )
-    clearance: FloatProperty(
-        name="Clearance",
-        description="Air between liquid and obstacles, in cells of the splash",
-        default=0.25, min=0.0, max=8.0, soft_max=4.0, precision=2, step=5,
-        update=changed,
-    )  # fmt: skip
+"""Types of objects that have faces once their modifiers are evaluated."""
 
 
 def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
-    """Return the obstacles of ``splash`` in its own units, and the clearance in cells.
+    """Read the obstacles of ``splash``, in its own space, and the clearance in cells.
 
-    Modifiers count, hidden objects do not. Raises ObstacleError for meshes that are none.
+    Modifiers count, hidden objects do not. Raises ObstacleError for a mesh that cannot be one.
     """
     group = splash.splash_obstacles
     if group.collection is None:
@@ -59,12 +41,19 @@ def obstacles_of(splash: bpy.types.Object) -> tuple[list[Obstacle], float]:
     return found, plain(group.clearance)
 
 
+def obstacles_key(obstacles: Sequence[Obstacle], clearance: float) -> tuple[str, float]:
+    """Identify obstacles and clearance: equal keys, equal effect on the liquid."""
+    from ...core.obstacles.obstacles import digest
+
+    return digest(obstacles), clearance
+
+
 def solids(
     collection: bpy.types.Collection, splash: bpy.types.Object
 ) -> Iterator[bpy.types.Object]:
-    """Yield the visible objects with faces; liquid is no obstacle."""
+    """Yield the visible objects that have faces, except splashes and models."""
     for item in collection.all_objects:
-        is_liquid = item.splash.is_splash or item.splash_model.is_model
+        is_liquid = item.splash.is_splash or is_model(item)
         if item.type in SOLID_TYPES and item.visible_get() and not is_liquid:
             yield item
 
@@ -72,31 +61,11 @@ def solids(
 def evaluated_mesh(
     item: bpy.types.Object, graph: bpy.types.Depsgraph
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return an object's vertices ``(n, 3)`` in the world and its triangles ``(m, 3)``."""
+    """Read an object's vertices ``(n, 3)`` in the world and its triangles ``(m, 3)``."""
     shown = item.evaluated_get(graph)
-    mesh = shown.to_mesh()
     try:
-        mesh.calc_loop_triangles()
-        vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-        faces = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-        mesh.vertices.foreach_get("co", vertices.ravel())
-        mesh.loop_triangles.foreach_get("vertices", faces.ravel())
+        vertices, faces = read_triangles(shown.to_mesh())
     finally:
         shown.to_mesh_clear()
     matrix = np.array(item.matrix_world)
     return vertices @ matrix[:3, :3].T + matrix[:3, 3], faces
-
-
-register_classes, unregister_classes = bpy.utils.register_classes_factory((SplashObstaclesGroup,))
-
-
-def register() -> None:
-    """Add ``Object.splash_obstacles``."""
-    register_classes()
-    bpy.types.Object.splash_obstacles = PointerProperty(type=SplashObstaclesGroup)
-
-
-def unregister() -> None:
-    """Remove ``Object.splash_obstacles``."""
-    del bpy.types.Object.splash_obstacles
-    unregister_classes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which sketch and which splash are meant by what is active."""
+"""Which sketch and which splash the buttons and panels mean, given the active object."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ..data.model import active_part
 
 
 class Target(NamedTuple):
-    """What a run works on; no splash means that a new one is to be made.
+    """What to make a splash of. Without a splash a new one is made.
 
-    layer : that a new splash is made of; empty for all visible ones
+    layer : the one layer to make a new splash of; empty for all visible layers
     """
 
     sketch: bpy.types.Object
@@ -22,7 +22,7 @@ class Target(NamedTuple):
 
 
 def find_target(context: bpy.types.Context) -> Target | None:
-    """Return the active sketch and its splash, or the active splash and its sketch."""
+    """Find the active sketch and its splash, or the active splash and its sketch."""
     active = context.active_object
     if active is None:
         return None
@@ -34,8 +34,19 @@ def find_target(context: bpy.types.Context) -> Target | None:
     return None
 
 
+def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Find the splash that the panels show and whose refinements the buttons change."""
+    active = context.active_object
+    if active is not None and active.splash.is_splash:
+        return active
+    if part := active_part(active):
+        return part
+    target = find_target(context)
+    return target.splash if target is not None else None
+
+
 def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object | None:
-    """Return the first splash that is made of the active layer of ``sketch``, or of all layers."""
+    """Find the first splash made of the active layer of ``sketch``, else of all its layers."""
     found = splashes_of(sketch, scene)
     layer = sketch.data.layers.active
     names = ("",) if layer is None else (layer.name, "")
@@ -43,7 +54,7 @@ def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Obj
 
 
 def splashes_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Return the splashes in the scene that are made of ``sketch`` or of one of its layers."""
+    """List the splashes in the scene that are made of ``sketch`` or of one of its layers."""
     return [
         item for item in scene.objects if item.splash.is_splash and item.splash.sketch == sketch
     ]

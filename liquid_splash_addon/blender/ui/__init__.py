@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators and panels; imports all other rooms."""
+"""Operators, panels and menus. Imports jobs, scene, data and core."""

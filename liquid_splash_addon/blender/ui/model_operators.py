@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The buttons of models: generate layers, combine, add, remove, update."""
+"""The operators of models: generate layers, combine, add, remove, update."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from typing import Any
 import bpy
 from bpy.props import StringProperty
 
-from ..data.model import models_of
-from ..jobs import generate_layers, live
-from ..jobs.generate import SceneError, select_only
+from ..data.model import is_model, models_of
+from ..jobs import generate_layers, scheduler
 from ..scene import model_parts
+from ..scene.objects import SceneError, select_only
 from ..scene.targets import find_target, splashes_of
 from .operators import SplashMaker
 
 
 class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
-    """Make a splash of each visible layer of the sketch and join them into one model"""
+    """Make a splash from each visible layer of the sketch and join them into one model"""
 
     bl_description = (
-        "Make a splash of each visible layer of the active sketch, and join them into one model. "
-        "Each has its own settings and refinements; pressed again, only layers that were changed "
-        "are made anew"
+        "Make a splash from each visible layer of the active sketch, and join them into one model. "
+        "Each has its own settings and refinements. Used again, it updates only the layers that "
+        "have changed"
     )
     bl_idname = "splash.generate_layers"
     bl_label = "Generate Layers"
@@ -31,11 +31,11 @@ class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
     compute = staticmethod(generate_layers.compute)
 
     def request(self, context: bpy.types.Context) -> generate_layers.LayersRequest:
-        """Snapshot the scene."""
+        """Take a snapshot of the scene."""
         return generate_layers.snapshot(context, find_target(context).sketch, self.chosen_settings)
 
-    def finish(self, context: bpy.types.Context, request: Any, result: Any) -> None:
-        """Write the splashes and say what was made."""
+    def write_result(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+        """Write the splashes and report what was made."""
         warnings = generate_layers.write(context, request, result)
         made = len(request.runs)
         self.report({"INFO"}, f"{made} layer(s) made, {request.kept} unchanged")
@@ -44,7 +44,7 @@ class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
 
 
 def chosen_splashes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """Return the selected splashes; without any, those of the active sketch."""
+    """List the selected splashes; if there are none, those of the active sketch."""
     selected = [item for item in context.selected_objects if item.splash.is_splash]
     active = context.active_object
     if selected or active is None or active.type != "GREASEPENCIL":
@@ -53,9 +53,9 @@ def chosen_splashes(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def chosen_model(context: bpy.types.Context) -> bpy.types.Object | None:
-    """Return the model that splashes are to be added to: a selected one, or the sketch's own."""
+    """Find the model to add splashes to: a selected one, or one that holds a chosen splash."""
     for item in context.selected_objects:
-        if item.splash_model.is_model:
+        if is_model(item):
             return item
     found = [model for splash in chosen_splashes(context) for model in models_of(splash)]
     return found[0] if found else None
@@ -65,9 +65,9 @@ class SPLASH_OT_combine(bpy.types.Operator):
     """Join the selected splashes, or those of the active sketch, into one model"""
 
     bl_description = (
-        "Join the selected splashes, or those of the active sketch, into one model with a smooth "
-        "joint, symmetry and waves of its own. The splashes stay, hidden, and can be changed "
-        "further. With a model selected too they are added to it"
+        "Join the selected splashes, or those of the active sketch, smoothly into one model with "
+        "symmetry and waves of its own. The splashes are kept, hidden, and can still be changed. "
+        "If a model is selected too, they are added to it"
     )
     bl_idname = "splash.combine"
     bl_label = "Combine"
@@ -79,17 +79,19 @@ class SPLASH_OT_combine(bpy.types.Operator):
         if context.mode not in ("OBJECT", "PAINT_GREASE_PENCIL", "EDIT_GREASE_PENCIL"):
             cls.poll_message_set("Switch to Object Mode first")
         elif not chosen_splashes(context):
-            cls.poll_message_set("Select splashes, or a sketch that has some")
+            cls.poll_message_set("Select splashes, or a sketch that has splashes")
         else:
             return True
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Make or extend the model; what cannot be joined leaves everything as it was."""
+        """Make or extend the model; on an error everything stays as it was."""
         splashes, model = chosen_splashes(context), chosen_model(context)
         try:
             if model is not None:
-                model_parts.add_parts(model, splashes)
+                with scheduler.held():
+                    model_parts.add_parts(model, splashes)
+                    scheduler.request(model)
             else:
                 model = combined(context, splashes)
         except ValueError as error:
@@ -103,9 +105,10 @@ class SPLASH_OT_combine(bpy.types.Operator):
 
 
 def combined(context: bpy.types.Context, splashes: list[bpy.types.Object]) -> bpy.types.Object:
-    """Return a new model. Raises ValueError, and leaves nothing, where it cannot be made."""
-    model = model_parts.new_model(context, splashes)
-    # In a window it is made later, and what stands in the way is said in its panel.
+    """Make a model. Raises ValueError, and leaves nothing behind, if it cannot be made."""
+    with scheduler.held():
+        model = model_parts.new_model(context, splashes)
+    # With a window the mesh is made later, and its panel shows what went wrong.
     if bpy.app.background and not model.splash_model.evaluated:
         reason = model.splash_model.warnings
         model_parts.dissolve(model)
@@ -114,26 +117,25 @@ def combined(context: bpy.types.Context, splashes: list[bpy.types.Object]) -> bp
 
 
 class ModelOperator:
-    """What the buttons of the model's list share."""
+    """What the operators on a model's list share."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether a model is active."""
-        active = context.active_object
-        if active is not None and active.splash_model.is_model:
+        if is_model(context.active_object):
             return True
-        cls.poll_message_set("Select a model")  # type: ignore[attr-defined]
+        cls.poll_message_set("Select a model first")  # type: ignore[attr-defined]
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Change the list, then evaluate."""
+        """Change the list, then have the model evaluated."""
         model = context.active_object
         try:
-            with live.held():
+            with scheduler.held():
                 self.change(context, model)
-                live.request(model)
+                scheduler.request(model)
         except ValueError as error:
             self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
             return {"CANCELLED"}
@@ -155,7 +157,9 @@ class SPLASH_OT_part_add(ModelOperator, bpy.types.Operator):
         """Add it."""
         splash = context.scene.objects.get(self.splash)
         if splash is None or not splash.splash.is_splash:
-            raise SceneError(f"There is no splash '{self.splash}' in this scene")
+            raise SceneError(
+                f"There is no splash '{self.splash}' in this scene: choose another one"
+            )
         model_parts.add_parts(model, [splash])
 
 
@@ -174,13 +178,13 @@ class SPLASH_OT_part_remove(ModelOperator, bpy.types.Operator):
 
 
 class SPLASH_OT_model_update(ModelOperator, bpy.types.Operator):
-    """Join the splashes anew, after some or an obstacle were moved"""
+    """Join the splashes again, after you moved some of them or an obstacle"""
 
     bl_idname = "splash.model_update"
     bl_label = "Update"
 
     def change(self, _context: bpy.types.Context, model: bpy.types.Object) -> None:
-        """Nothing in the list changes."""
+        """Leave the list as it is."""
 
 
 class SPLASH_MT_parts(bpy.types.Menu):

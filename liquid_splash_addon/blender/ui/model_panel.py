@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The model in the Splash tab: its splashes, the joint, symmetry, waves and obstacles."""
+"""The model in the Splash tab: its splashes, how they are joined, symmetry, waves, obstacles."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any
 import bpy
 
 from ...core.refinement.settings import WaveSettings
-from ..jobs import live
+from ..data.model import is_model
+from ..jobs import scheduler
 from . import model_operators as operators
-from .panels import SplashPanel, draw_text
+from .panels import SplashPanel, draw_eye, draw_warnings, settings_column
 
 
 class SPLASH_UL_parts(bpy.types.UIList):
-    """One line for each splash: its name, and an eye to leave it out."""
+    """One row for each splash: its name, and an eye to leave it out."""
 
     def draw_item(
         self,
@@ -27,14 +28,14 @@ class SPLASH_UL_parts(bpy.types.UIList):
         _active_data: Any,
         _active_property: str,
     ) -> None:
-        """Draw the line."""
+        """Draw the row."""
         row = layout.row(align=True)
         row.active = item.show
         if item.is_there:
             row.prop(item.splash, "name", text="", emboss=False, icon="MOD_FLUIDSIM")
         else:
             row.label(text=f"{item.name} (deleted)", icon="ERROR")
-        row.prop(item, "show", text="", emboss=False, icon="HIDE_OFF" if item.show else "HIDE_ON")
+        draw_eye(row, item)
 
 
 class ModelPanel(SplashPanel):
@@ -43,8 +44,7 @@ class ModelPanel(SplashPanel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether a model is active."""
-        active = context.active_object
-        return active is not None and active.splash_model.is_model
+        return is_model(context.active_object)
 
 
 class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
@@ -64,9 +64,7 @@ class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
         buttons = row.column(align=True)
         buttons.menu(operators.SPLASH_MT_parts.bl_idname, text="", icon="ADD")
         buttons.operator(operators.SPLASH_OT_part_remove.bl_idname, text="", icon="REMOVE")
-        column = layout.column()
-        column.use_property_split = True
-        column.use_property_decorate = False
+        column = settings_column(layout)
         settings = group.settings
         column.prop(settings, "blend")
         mirrors = column.row(heading="Mirror", align=True)
@@ -79,15 +77,14 @@ class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
         if model.splash_obstacles.collection is not None:
             column.prop(model.splash_obstacles, "clearance")
         layout.operator(operators.SPLASH_OT_model_update.bl_idname, icon="FILE_REFRESH")
-        # The first use compiles: that takes seconds, and should not look idle.
-        if text := live.stage_of(model) or group.summary:
+        # The first evaluation compiles code for seconds: show that something happens.
+        if text := scheduler.stage_of(model) or group.summary:
             layout.label(text=text)
-        for warning in filter(None, group.warnings.split("\n")):
-            draw_text(layout.box(), context, warning, "ERROR")
+        draw_warnings(layout, context, group.warnings)
 
 
 class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
-    """Waves on the model's joint surface."""
+    """Waves on the model's joined surface."""
 
     bl_label = "Waves"
     bl_parent_id = "SPLASH_PT_model"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators behind the buttons. What they do is in generation and sketch."""
+"""The operators that make a splash or a sketch; jobs.generate and scene.sketch do the work."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from ...core.settings import SplashSettings
 from ...core.sketch.strokes import StrokeError
 from ..data.properties import assign_settings, settings_properties, to_settings
 from ..jobs import dependencies, generate, job
-from ..scene import targets
+from ..scene import sketch, targets
+from ..scene.objects import SceneError
 
 TICK = 0.1
-"""Seconds between two looks at the running job."""
+"""Seconds between two checks of the running job."""
 
 
 def user_errors() -> tuple[type[Exception], ...]:
-    """Return the errors whose message is meant for the user; any other is a mistake of ours."""
+    """List the errors whose message is meant for the user; any other is a bug."""
     from ...core.generator.weights_file import TorchMissingError, WeightsError
     from ...core.obstacles.obstacles import ObstacleError
 
-    return (StrokeError, generate.SceneError, ObstacleError, WeightsError, TorchMissingError)
+    return (StrokeError, SceneError, ObstacleError, WeightsError, TorchMissingError)
 
 
 class SplashMaker:
     """What the operators that make a splash share.
 
-    Their own properties are the settings, for the redo panel and for scripts: one that is not
-    set is taken from the splash, or from the scene for a new one.
+    Their properties are the settings, for the redo panel and for scripts. Those that are not set
+    are taken from the splash, or from the scene for a new splash.
     """
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
@@ -44,12 +45,14 @@ class SplashMaker:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there are strokes to start from, and no other run."""
+        """Whether there is a sketch to start from, and no other run."""
         target = targets.find_target(context)
         if job.running is not None:
             cls.poll_message_set("A splash is being made: press Esc to stop it")
         elif target is None:
-            cls.poll_message_set("Select a Grease Pencil sketch, or a splash whose sketch exists")
+            cls.poll_message_set(
+                "Select a Grease Pencil sketch, or a splash whose sketch still exists"
+            )
         elif cls.needs_splash and target.splash is None:
             cls.poll_message_set("This sketch has no splash yet: generate one first")
         else:
@@ -57,13 +60,13 @@ class SplashMaker:
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Make the splash now: for scripts, the background and the redo panel."""
+        """Make the splash at once: for scripts, the background and the redo panel."""
         manager = context.window_manager
         manager.progress_begin(0, 100)
         try:
             request = self.request(context)
             result = self.compute(request, lambda _, done: manager.progress_update(100 * done))
-            self.finish(context, request, result)
+            self.write_result(context, request, result)
         except user_errors() as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -88,7 +91,7 @@ class SplashMaker:
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Show progress, stop on Esc, write the result when it is there."""
+        """Show progress, stop on Esc, write the result when it is done."""
         if event.type == "ESC" and event.value == "PRESS":
             job.running.cancel()
             return {"RUNNING_MODAL"}
@@ -103,7 +106,7 @@ class SplashMaker:
 
         try:
             with leaving(self, context):
-                self.finish(context, self._request, job.running.result())
+                self.write_result(context, self._request, job.running.result())
         except Cancelled:
             self.report({"INFO"}, "Splash cancelled")
             return {"CANCELLED"}
@@ -113,13 +116,13 @@ class SplashMaker:
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Stop because Blender ends the operator: another file, or quitting."""
+        """Stop, because Blender ends the operator: another file is opened, or Blender quits."""
         job.stop()
         with leaving(self, context):
             pass
 
     def request(self, context: bpy.types.Context) -> Any:
-        """Snapshot the scene; afterwards the operator's properties hold all the settings."""
+        """Take a snapshot of the scene, and set the operator's properties to the settings used."""
         target = targets.find_target(context)
         owner = target.splash if target.splash is not None else context.scene
         settings = self.chosen_settings(to_settings(owner.splash.settings))
@@ -128,7 +131,7 @@ class SplashMaker:
         return request
 
     def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
-        """Return the stored settings with those that this operator was given."""
+        """Return the stored settings, replaced by those that this operator was given."""
         given = {
             name: value
             for name, value in vars(to_settings(self)).items()
@@ -136,8 +139,8 @@ class SplashMaker:
         }
         return SplashSettings(**(vars(stored) | given))
 
-    def finish(self, context: bpy.types.Context, request: Any, result: Any) -> None:
-        """Write the result and say what was made."""
+    def write_result(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+        """Write the result and report what was made."""
         splash = generate.write(context, request, result)
         self.report({"INFO"}, f"{splash.name}: {result.summary}")
         for warning in result.warnings:
@@ -145,9 +148,9 @@ class SplashMaker:
 
 
 def show_progress(context: bpy.types.Context) -> None:
-    """Show the running job in the status bar, at the pointer and in the sidebars."""
+    """Show the progress in the status bar, at the pointer and in the sidebars."""
     running = job.running
-    text = f"Splash: {running.stage} ({running.fraction:.0%}). Esc stops it"
+    text = f"Splash: {running.stage} ({running.fraction:.0%}). Press Esc to stop"
     context.workspace.status_text_set("Splash: stopping" if running.is_stopping else text)
     context.window_manager.progress_update(100 * running.fraction)
     job.redraw_sidebars()
@@ -155,11 +158,11 @@ def show_progress(context: bpy.types.Context) -> None:
 
 @contextmanager
 def leaving(operator: Any, context: bpy.types.Context) -> Iterator[None]:
-    """Take the progress away after the block, whatever happens in it."""
+    """Remove the progress display after the block, whatever happens in it."""
     try:
         yield
     finally:
-        job.finish()
+        job.forget()
         context.window_manager.event_timer_remove(operator._timer)
         context.window_manager.progress_end()
         if context.workspace is not None:
@@ -167,7 +170,7 @@ def leaving(operator: Any, context: bpy.types.Context) -> Iterator[None]:
 
 
 class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
-    """Turn the strokes of the active sketch into a splash, or update the splash it has"""
+    """Turn the strokes of the active sketch into a splash, or update its splash"""
 
     bl_idname = "splash.generate"
     bl_label = "Generate Splash"
@@ -182,11 +185,11 @@ class SPLASH_OT_regenerate(SplashMaker, bpy.types.Operator):
 
 
 class SPLASH_OT_realign(SplashMaker, bpy.types.Operator):
-    """Find the local frame of the strokes anew and make the splash again"""
+    """Fit the local frame to the strokes again and make the splash again"""
 
     bl_description = (
-        "Find the local frame of the strokes anew and make the splash again. The frame is kept "
-        "while you edit the strokes, so that the splash does not jump"
+        "Fit the local frame to the strokes again and make the splash again. Otherwise the frame "
+        "is kept while you edit the strokes, so that the splash does not jump"
     )
     bl_idname = "splash.realign"
     bl_label = "Realign"
@@ -207,7 +210,7 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether the active object can be left."""
+        """Whether the mode of the active object can be left."""
         active = context.active_object
         if active is not None and active.mode == "EDIT" and active.type != "GREASEPENCIL":
             cls.poll_message_set("Leave Edit Mode first")
@@ -216,14 +219,12 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object and enter draw mode."""
-        from . import sketch
-
         sketch.start_drawing(context, sketch.new_sketch(context))
         return {"FINISHED"}
 
 
 class SPLASH_OT_copy_install_command(bpy.types.Operator):
-    """Copy the command that installs what is missing; run it in a terminal"""
+    """Copy the command that installs the missing packages, to run it in a terminal"""
 
     bl_idname = "splash.copy_install_command"
     bl_label = "Copy Command"
@@ -232,7 +233,7 @@ class SPLASH_OT_copy_install_command(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Copy the command."""
         context.window_manager.clipboard = dependencies.install_command()
-        self.report({"INFO"}, "Copied: paste it into a terminal, then restart Blender")
+        self.report({"INFO"}, "Command copied. Run it in a terminal, then restart Blender")
         return {"FINISHED"}
 
 

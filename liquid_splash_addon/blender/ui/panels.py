@@ -10,14 +10,13 @@ from typing import Any
 import bpy
 
 from ...core.settings import SplashSettings
-from ..data.model import active_part
 from ..jobs import dependencies, job
-from ..scene.targets import find_target
+from ..scene.targets import shown_splash
 from . import model_operators, operators, sketch_presets
 
 SLIDERS = {"variation", "surface_threshold"}
-PIXELS_A_LETTER = 6.5
-"""Width of a letter of the interface font at scale 1, for wrapping text by hand."""
+PIXELS_PER_LETTER = 6.5
+"""Mean width of a letter in the interface font at scale 1, for wrapping text."""
 
 
 class SplashPanel:
@@ -34,7 +33,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
     bl_label = "Liquid Splash"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Show the buttons, or how far the running splash is."""
+        """Show the buttons, and the progress of a running splash."""
         layout = self.layout
         draw_missing(layout, context)
         row = layout.row(align=True)
@@ -45,7 +44,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         if job.running is None:
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
-            main.progress(factor=job.running.fraction, text=f"{job.running.stage} (Esc stops)")
+            main.progress(factor=job.running.fraction, text=f"{job.running.stage} (Esc to stop)")
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
@@ -77,7 +76,7 @@ class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
 
 
 class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
-    """What the last run had to say."""
+    """The result and the warnings of the last run."""
 
     bl_label = "Last Run"
     bl_parent_id = "SPLASH_PT_main"
@@ -85,36 +84,24 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there was one."""
+        """Whether there is a splash."""
         return shown_splash(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Show the result in a line, then the warnings."""
+        """Show the result, then the warnings, then what the splash is made of."""
         layout = self.layout
-        memory = shown_splash(context).splash
-        layout.label(text=memory.summary)
-        layout.label(text=f"{memory.device}, {memory.precision}, weights {memory.weights_hash[:8]}")
-        for warning in filter(None, memory.warnings.split("\n")):
-            draw_text(layout.box(), context, warning, "ERROR")
+        record = shown_splash(context).splash
+        layout.label(text=record.summary)
+        layout.label(text=f"{record.device}, {record.precision}, weights {record.weights_hash[:8]}")
+        draw_warnings(layout, context, record.warnings)
         layout.use_property_split = True
-        layout.prop(memory, "sketch")
-        if memory.sketch is not None:
-            layout.prop_search(memory, "layer", memory.sketch.data, "layers")
-
-
-def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
-    """Return the splash whose settings the panel shows."""
-    active = context.active_object
-    if active is not None and active.splash.is_splash:
-        return active
-    if part := active_part(active):
-        return part
-    target = find_target(context)
-    return target.splash if target is not None else None
+        layout.prop(record, "sketch")
+        if record.sketch is not None:
+            layout.prop_search(record, "layer", record.sketch.data, "layers")
 
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:
-    """Say what to install where the generator cannot run."""
+    """Show what to install if the generator cannot run."""
     missing = dependencies.missing_packages()
     if not missing:
         return
@@ -125,11 +112,30 @@ def draw_missing(layout: Any, context: bpy.types.Context) -> None:
     box.operator(operators.SPLASH_OT_copy_install_command.bl_idname, icon="COPYDOWN")
 
 
+def settings_column(layout: Any) -> Any:
+    """Add a column for settings: labels beside the values, no buttons for animation."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    return column
+
+
+def draw_eye(row: Any, item: Any) -> None:
+    """Draw the button that shows or hides an entry of a list."""
+    row.prop(item, "show", text="", emboss=False, icon="HIDE_OFF" if item.show else "HIDE_ON")
+
+
+def draw_warnings(layout: Any, context: bpy.types.Context, warnings: str) -> None:
+    """Draw each line of ``warnings`` in a box of its own."""
+    for warning in filter(None, warnings.split("\n")):
+        draw_text(layout.box(), context, warning, "ERROR")
+
+
 def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
-    """Draw ``text`` over as many lines as the region's width needs."""
+    """Draw ``text`` in as many lines as the width of the region needs."""
     scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
     width = (context.region.width if context.region else 240) / scale
-    letters = max(int((width - 60) / PIXELS_A_LETTER), 20)
+    letters = max(int((width - 60) / PIXELS_PER_LETTER), 20)
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(text, letters)):

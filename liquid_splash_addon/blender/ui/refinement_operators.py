@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The buttons of the refinement list: add, remove, reorder, apply, presets."""
+"""The operators on the list of refinements: add, remove, reorder, apply, presets."""
 
 from __future__ import annotations
 
@@ -8,27 +8,23 @@ from bpy.props import EnumProperty
 
 from ...core.refinement.presets import PRESETS
 from ...core.refinement.settings import KINDS
+from ..data.model import is_model
 from ..data.refinements import ITEMS, add_step
-from ..jobs import live, refine
-from ..jobs.generate import check_writable
+from ..jobs import refine, scheduler
 from ..scene import drop_points
-from .panels import shown_splash
-
-
-def is_model(item: bpy.types.Object | None) -> bool:
-    """Whether an object is a model."""
-    return item is not None and item.splash_model.is_model
+from ..scene.objects import check_writable
+from ..scene.targets import shown_splash
 
 
 class StackOperator:
-    """What the buttons share: a splash, changed, then evaluated anew."""
+    """What these operators share: they change the list of a splash, then evaluate it."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
     needs_items = True
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there is a splash, and something in its list where that is needed."""
+        """Whether there is a splash, and an entry in its list if the operator needs one."""
         splash = shown_splash(context)
         if splash is None:
             cls.poll_message_set("Select a splash, or its sketch")
@@ -39,7 +35,7 @@ class StackOperator:
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Change the list; what cannot be refined is left as it is, and said."""
+        """Change the list and evaluate; report what cannot be refined and leave it as it is."""
         splash = shown_splash(context)
         try:
             check_writable(splash)
@@ -47,7 +43,7 @@ class StackOperator:
             if bpy.app.background:
                 refine.evaluate(splash)
             else:
-                live.request(splash)
+                scheduler.request(splash)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -72,7 +68,7 @@ class SPLASH_OT_refinement_add(StackOperator, bpy.types.Operator):
 
 
 class SPLASH_OT_refinement_preset(StackOperator, bpy.types.Operator):
-    """Replace the refinements of the splash by a preset's"""
+    """Replace the refinements of the splash by those of a preset"""
 
     bl_idname = "splash.refinement_preset"
     bl_label = "Refinement Preset"
@@ -96,7 +92,7 @@ class SPLASH_OT_refinement_remove(StackOperator, bpy.types.Operator):
     bl_label = "Remove Refinement"
 
     def change(self, splash: bpy.types.Object) -> None:
-        """Remove it; the one before it becomes the active one."""
+        """Remove it; the one above becomes active."""
         stack = splash.splash_stack
         number = min(stack.active, len(stack.items) - 1)
         stack.items.remove(number)
@@ -104,11 +100,11 @@ class SPLASH_OT_refinement_remove(StackOperator, bpy.types.Operator):
 
 
 class SPLASH_OT_refinement_move(StackOperator, bpy.types.Operator):
-    """Move the active refinement: those above act first"""
+    """Move the active refinement in the list: refinements act from top to bottom"""
 
     bl_idname = "splash.refinement_move"
     bl_label = "Move Refinement"
-    direction: EnumProperty(items=[("UP", "Up", "To act earlier"), ("DOWN", "Down", "Later")])
+    direction: EnumProperty(items=[("UP", "Up", "Act earlier"), ("DOWN", "Down", "Act later")])
 
     def change(self, splash: bpy.types.Object) -> None:
         """Swap it with its neighbour."""
@@ -120,64 +116,52 @@ class SPLASH_OT_refinement_move(StackOperator, bpy.types.Operator):
 
 
 class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
-    """Carve and refine the splash anew, after its obstacles were moved"""
+    """Carve and refine the splash again, after you moved its obstacles"""
 
     bl_idname = "splash.refinement_update"
     bl_label = "Update"
     needs_items = False
 
     def change(self, splash: bpy.types.Object) -> None:
-        """Nothing in the list changes."""
+        """Leave the list as it is."""
 
 
-class SPLASH_OT_drop_points(bpy.types.Operator):
+class SPLASH_OT_drop_points(StackOperator, bpy.types.Operator):
     """Add the free drops as a point cloud with radius and velocity; it follows its splash"""
 
     bl_idname = "splash.drop_points"
     bl_label = "Drops as Points"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-    needs_items = True
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there are refinements, of the splash or those of a model."""
-        if is_model(context.active_object):
-            return True
-        return bool(StackOperator.poll.__func__(cls, context))  # type: ignore[attr-defined]
+        """Whether there is a splash with refinements, or a model."""
+        return is_model(context.active_object) or super().poll(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Add the object, and evaluate: the drops themselves are not stored."""
+        """Add the object and evaluate, which fills it: drops are not stored."""
         item = context.active_object if is_model(context.active_object) else shown_splash(context)
         try:
             check_writable(item)
             drop_points.ensure(item)
-            live.evaluate(item)
+            scheduler.evaluate(item)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
 
-class SPLASH_OT_refinement_apply(bpy.types.Operator):
+class SPLASH_OT_refinement_apply(StackOperator, bpy.types.Operator):
     """Keep the refined mesh as it is and empty the list"""
 
     bl_description = (
-        "Keep the refined mesh as it is and empty the list. The splash stays one: Regenerate "
-        "makes it anew, without the refinements"
+        "Keep the refined mesh as it is and empty the list. It is still a splash: Regenerate makes "
+        "it again, without the refinements"
     )
     bl_idname = "splash.refinement_apply"
     bl_label = "Apply Refinements"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Whether there is a list."""
-        return bool(StackOperator.poll.__func__(cls, context))  # type: ignore[attr-defined]
-
-    needs_items = True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Evaluate what waits, then empty the list without evaluating it."""
+        """Evaluate the splash, then empty its list without another evaluation."""
         splash = shown_splash(context)
         try:
             refine.evaluate(splash)

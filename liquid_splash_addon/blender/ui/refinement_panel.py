@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The refinement list in the Splash tab: like modifiers, in look and behaviour."""
+"""The list of refinements in the Splash tab; it looks and works like the list of modifiers."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Any
 
 import bpy
 
-from ..jobs import live
+from ..jobs import scheduler
+from ..scene.targets import shown_splash
 from . import refinement_operators as operators
-from .panels import SplashPanel, draw_text, shown_splash
+from .panels import SplashPanel, draw_eye, draw_warnings, settings_column
 
 ICONS = {
     "DROPLETS": "META_BALL",
@@ -21,7 +22,7 @@ ICONS = {
 
 
 class SPLASH_UL_refinements(bpy.types.UIList):
-    """One line for each refinement: its name, and an eye to switch it off."""
+    """One row for each refinement: its name, and an eye to switch it off."""
 
     def draw_item(
         self,
@@ -33,11 +34,11 @@ class SPLASH_UL_refinements(bpy.types.UIList):
         _active_data: Any,
         _active_property: str,
     ) -> None:
-        """Draw the line."""
+        """Draw the row."""
         row = layout.row(align=True)
         row.active = item.show
         row.prop(item, "name", text="", emboss=False, icon=ICONS[item.kind])
-        row.prop(item, "show", text="", emboss=False, icon="HIDE_OFF" if item.show else "HIDE_ON")
+        draw_eye(row, item)
 
 
 class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
@@ -75,15 +76,14 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         row.operator(operators.SPLASH_OT_refinement_apply.bl_idname, text="Apply", icon="CHECKMARK")
         draw_settings(layout, stack)
         layout.operator(operators.SPLASH_OT_drop_points.bl_idname, icon="POINTCLOUD_DATA")
-        # The first use of a kind compiles it: that takes seconds, and should not look idle.
-        if text := live.stage_of(splash) or stack.summary:
+        # The first use of a kind compiles code for seconds: show that something happens.
+        if text := scheduler.stage_of(splash) or stack.summary:
             layout.label(text=text)
-        for warning in filter(None, stack.warnings.split("\n")):
-            draw_text(layout.box(), context, warning, "ERROR")
+        draw_warnings(layout, context, stack.warnings)
 
 
 class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
-    """What the active splash keeps out of."""
+    """The obstacles of the active splash."""
 
     bl_label = "Obstacles"
     bl_parent_id = "SPLASH_PT_main"
@@ -96,12 +96,10 @@ class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
         return shown_splash(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Show the collection, and how to follow obstacles that were moved."""
+        """Show the collection, and the button to press after moving obstacles."""
         layout = self.layout
         group = shown_splash(context).splash_obstacles
-        column = layout.column()
-        column.use_property_split = True
-        column.use_property_decorate = False
+        column = settings_column(layout)
         column.prop(group, "collection", text="Collection")
         column.prop(group, "clearance")
         layout.operator(operators.SPLASH_OT_refinement_update.bl_idname, icon="FILE_REFRESH")
@@ -112,9 +110,7 @@ def draw_settings(layout: Any, stack: Any) -> None:
     if not 0 <= stack.active < len(stack.items):
         return
     item = stack.items[stack.active]
-    column = layout.column()
-    column.use_property_split = True
-    column.use_property_decorate = False
+    column = settings_column(layout)
     column.active = item.show
     for field in fields(item.settings):
         column.prop(item.group, field.name)

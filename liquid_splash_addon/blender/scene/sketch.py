@@ -11,20 +11,20 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
-from ..jobs.generate import select_only
+from .objects import enter_object_mode, select_only
 
 INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
 INK_RADIUS = 0.01
-"""Radius of a stroke that is drawn at full pressure, in Blender units."""
+"""Radius of a stroke at full pressure, in Blender units."""
 
 
 def new_sketch(
     context: bpy.types.Context, matrix: Matrix | None = None, layers: Sequence[str] = ("Strokes",)
 ) -> bpy.types.Object:
-    """Return a new Grease Pencil object with empty layers, by default at the 3D cursor.
+    """Make a Grease Pencil object with empty layers, by default at the 3D cursor.
 
-    It shows through the splash in the viewport, and is left out of renders.
+    In the viewport it is drawn over the splash; renders do not show it.
     """
     is_legacy = bpy.app.version < (5, 0, 0)  # there grease_pencils are the annotations
     blocks = bpy.data.grease_pencils_v3 if is_legacy else bpy.data.grease_pencils
@@ -45,8 +45,8 @@ def new_sketch(
 
 
 def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
-    """Make ``sketch`` active and enter draw mode, on a plane through the 3D cursor."""
-    leave_mode(context)
+    """Make ``sketch`` active and draw on it, in the view's plane through the 3D cursor."""
+    enter_object_mode(context)
     select_only(context, sketch)
     tools = context.scene.tool_settings
     tools.gpencil_stroke_placement_view3d = "CURSOR"
@@ -54,14 +54,8 @@ def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
     bpy.ops.object.mode_set(mode="PAINT_GREASE_PENCIL")
 
 
-def leave_mode(context: bpy.types.Context) -> None:
-    """Enter Object Mode, whatever the active object is in."""
-    if context.active_object is not None and context.active_object.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
-
-
 def ink_material() -> bpy.types.Material:
-    """Return the material of sketches, made at the first call."""
+    """Return the material for sketches; make it if there is none."""
     material = bpy.data.materials.get(INK)
     if material is None or not material.is_grease_pencil or material.library is not None:
         material = bpy.data.materials.new(INK)
@@ -71,9 +65,9 @@ def ink_material() -> bpy.types.Material:
 
 
 def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: Any = None) -> None:
-    """Append ``drawings``, in the sketch's own space, to the drawing of a layer, or of its first.
+    """Append ``drawings``, in the sketch's own space, to a layer, by default the first one.
 
-    Their times become ``delta_time`` and their pressures thickness, as if drawn by hand.
+    Times become ``delta_time`` and pressures become thickness, as if drawn by hand.
     """
     drawing = (layer or sketch.data.layers[0]).current_frame().drawing
     before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
@@ -88,7 +82,7 @@ def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: An
 
 
 def append_values(drawing: Any, name: str, before: int, values: np.ndarray) -> None:
-    """Write ``values`` into an attribute of the points after the first ``before``."""
+    """Write ``values`` into an attribute of all points but the first ``before``."""
     is_vector = values.ndim == 2
     kind, field = ("FLOAT_VECTOR", "vector") if is_vector else ("FLOAT", "value")
     attribute = drawing.attributes.get(name) or drawing.attributes.new(name, kind, "POINT")

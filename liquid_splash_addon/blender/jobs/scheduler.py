@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keep splashes and models as their settings say: what was changed is evaluated anew, soon.
+"""Keep splashes and models up to date: what was changed is evaluated soon after.
 
-In a window the work is done in a thread, one piece at a time, and a timer writes what it made;
-in the background it is done at once.
+With a window the work is done in a thread, one object at a time, and a timer writes the results.
+In the background it is done at once.
 """
 
 from __future__ import annotations
@@ -14,41 +14,42 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 
-from .generate import by_uid
+from ..data import revisions
+from ..scene.objects import by_uid
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:
     from ...core.progress import Report
 
 TICK = 0.03
-"""Seconds between two looks at the thread."""
+"""Seconds between two checks of the thread."""
 
 FAILED = "failed"
-"""Stands for the settings of a mesh that could not follow them: the next change is one, even back
-to what the mesh was made with, and takes the message away."""
+"""Recorded in place of a key where a mesh could not be updated. No task has this key, so the next
+change is evaluated, even one back to what the mesh was made of, and clears the warning."""
 
 
 class Kind(NamedTuple):
-    """What is evaluated, and how.
+    """A kind of object that is evaluated, and how.
 
     Attributes
     ----------
     owns : whether an object is of this kind
-    memory : its property group with ``evaluated`` and ``warnings``
-    task_of : reads all that is needed; its ``name`` tells it from any other; raises ValueError
+    record : an object's property group with ``evaluated`` and ``warnings``
+    task_of : reads all that the work needs; the task's ``key`` is unique to it; raises ValueError
     compute : does the work, without bpy; raises ValueError
-    write : writes what that made
+    write : writes the result
     """
 
     owns: Callable[[bpy.types.Object], bool]
-    memory: Callable[[bpy.types.Object], Any]
+    record: Callable[[bpy.types.Object], Any]
     task_of: Callable[[bpy.types.Object], Any]
     compute: Callable[[Any, Report], Any]
     write: Callable[[bpy.types.Object, Any, Any], None]
 
 
 class Run(NamedTuple):
-    """What the thread does: the object's session_uid, its kind, its task and the job."""
+    """What the thread works on: the object's session_uid, its kind, its task and the job."""
 
     uid: int
     kind: Kind
@@ -63,12 +64,12 @@ _holding = False
 
 
 def kind_of(item: bpy.types.Object) -> Kind | None:
-    """Return what kind of thing ``item`` is, if it is one that is evaluated."""
+    """Return the kind of ``item``; None if it is not evaluated."""
     return next((kind for kind in _kinds if kind.owns(item)), None)
 
 
 def evaluate(item: bpy.types.Object, kind: Kind | None = None) -> None:
-    """Evaluate ``item`` now, whatever it was made with. Raises ValueError: it stays as it is."""
+    """Evaluate ``item`` now, even if it is up to date. On ValueError it stays as it is."""
     kind = kind or kind_of(item)
     if kind is not None:
         task = kind.task_of(item)
@@ -76,9 +77,9 @@ def evaluate(item: bpy.types.Object, kind: Kind | None = None) -> None:
 
 
 def request(item: bpy.types.Object) -> None:
-    """See to it that ``item`` is evaluated anew, soon; at once where there is no window.
+    """Have ``item`` evaluated soon; at once where there is no window.
 
-    What stands in the way becomes its warning, and the mesh stays as it is.
+    If that fails, the reason becomes its warning and the mesh stays as it is.
     """
     kind = kind_of(item)
     if kind is None:
@@ -96,7 +97,7 @@ def request(item: bpy.types.Object) -> None:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Evaluate what is requested in the block after it: many changes are then one."""
+    """Put off what is requested in this block until its end, so that many changes count as one."""
     global _holding
     before, _holding = _holding, True
     try:
@@ -108,14 +109,14 @@ def held() -> Iterator[None]:
 
 
 def stage_of(item: bpy.types.Object) -> str:
-    """Return what is being done to ``item`` now; nothing if it is as its settings say."""
+    """Describe what is being done to ``item``; "" if it is up to date."""
     if _running is not None and _running.uid == item.session_uid:
         return f"{_running.job.stage} ..."
     return "Waiting ..." if item.session_uid in _waiting else ""
 
 
 def _next() -> tuple[bpy.types.Object, Kind] | None:
-    """Return what has waited longest and still exists."""
+    """Take the object that has waited longest and still exists."""
     while _waiting:
         uid = next(iter(_waiting))
         kind, item = _waiting.pop(uid), by_uid(uid)
@@ -127,33 +128,33 @@ def _next() -> tuple[bpy.types.Object, Kind] | None:
 def _evaluate_waiting() -> None:
     while found := _next():
         item, kind = found
-        _tell(item.session_uid, kind, partial(_follow, item, kind))
+        _warn_on_error(item.session_uid, kind, partial(_update, item, kind))
 
 
-def _follow(item: bpy.types.Object, kind: Kind) -> None:
-    if kind.task_of(item).name != kind.memory(item).evaluated:
+def _update(item: bpy.types.Object, kind: Kind) -> None:
+    if kind.task_of(item).key != kind.record(item).evaluated:
         evaluate(item, kind)
 
 
 def _tick() -> float | None:
-    """Write what is done, begin what waits; None ends the timer."""
+    """Write what is done and begin what waits; None ends the timer."""
     global _running
     redraw_sidebars()
     if _running is not None:
         if not _running.job.is_done:
             return TICK
         run, _running = _running, None
-        _tell(run.uid, run.kind, partial(_collect, run))
+        _warn_on_error(run.uid, run.kind, partial(_collect, run))
     while _running is None and (found := _next()):
         item, kind = found
-        _tell(item.session_uid, kind, partial(_begin, item, kind))
+        _warn_on_error(item.session_uid, kind, partial(_begin, item, kind))
     return TICK if _running is not None else None
 
 
 def _begin(item: bpy.types.Object, kind: Kind) -> None:
     global _running
     task = kind.task_of(item)
-    if task.name != kind.memory(item).evaluated:
+    if task.key != kind.record(item).evaluated:
         _running = Run(item.session_uid, kind, task, Job(partial(kind.compute, task)))
 
 
@@ -169,25 +170,25 @@ def _collect(run: Run) -> None:
         run.kind.write(item, run.task, outcome)
 
 
-def _tell(uid: int, kind: Kind, action: Callable[[], None]) -> None:
-    """Run ``action``; what stands in its way becomes the warning of the object ``uid``."""
+def _warn_on_error(uid: int, kind: Kind, action: Callable[[], None]) -> None:
+    """Run ``action``; if it fails, the reason becomes the warning of the object ``uid``."""
     try:
         action()
     except ValueError as error:
         item = by_uid(uid)
         if item is not None:
-            memory = kind.memory(item)
-            memory.warnings = str(error)
-            memory.evaluated = memory.evaluated and FAILED
+            record = kind.record(item)
+            record.warnings = str(error)
+            record.evaluated = record.evaluated and FAILED
 
 
 @bpy.app.handlers.persistent
-def refresh(_scene: Any, _graph: Any = None) -> None:
-    """After undo and redo: evaluate what is not as its settings say."""
+def after_undo(_scene: Any, _graph: Any = None) -> None:
+    """Evaluate what undo and redo have left out of date."""
     with held():
         for item in bpy.data.objects:
             kind = kind_of(item)
-            if kind is not None and kind.memory(item).evaluated:
+            if kind is not None and kind.record(item).evaluated:
                 request(item)
 
 
@@ -195,21 +196,23 @@ HANDLERS = (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post)
 
 
 def add(kind: Kind) -> None:
-    """Have objects of this kind evaluated."""
+    """Have objects of this kind evaluated from now on."""
     _kinds.append(kind)
 
 
 def register() -> None:
-    """Follow undo and redo."""
+    """Listen to changes, and to undo and redo."""
+    revisions.listen(request)
     for handlers in HANDLERS:
-        handlers.append(refresh)
+        handlers.append(after_undo)
 
 
 def unregister() -> None:
-    """Stop what is running."""
+    """Stop listening, and stop what is running."""
     global _running
+    revisions.ignore(request)
     for handlers in HANDLERS:
-        handlers.remove(refresh)
+        handlers.remove(after_undo)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     if _running is not None:

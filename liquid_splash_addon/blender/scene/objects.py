@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's objects: find one, check that it can be written, select it."""
+
+from __future__ import annotations
+
+import bpy
+
+
+class SceneError(ValueError):
+    """Something in the scene stands in the way; the message says what to do."""
+
+
+def by_uid(uid: int) -> bpy.types.Object | None:
+    """Find the object with this ``session_uid``; None if it is gone.
+
+    The number outlives undo; a reference to an object does not.
+    """
+    return next((item for item in bpy.data.objects if item.session_uid == uid), None)
+
+
+def check_writable(item: bpy.types.Object) -> None:
+    """Raise SceneError if the mesh of ``item``, a splash or a model, cannot be replaced now."""
+    name = item.name
+    if item.type != "MESH":
+        raise SceneError(f"'{name}' is no longer a mesh: make a new splash from its sketch")
+    if not (item.is_editable and item.data.is_editable):
+        raise SceneError(f"'{name}' is linked from another file: make it local first")
+    if item.mode != "OBJECT":
+        raise SceneError(f"'{name}' is being edited: switch to Object Mode first")
+    if item.data.shape_keys is not None:
+        raise SceneError(f"'{name}' has shape keys, which cannot follow: remove them first")
+
+
+def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
+    """Select ``item`` alone and make it the active object."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    item.select_set(True)
+    context.view_layer.objects.active = item
+
+
+def enter_object_mode(context: bpy.types.Context) -> None:
+    """Switch to Object Mode, whatever mode the active object is in."""
+    if context.active_object is not None and context.active_object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
