@@ -11,6 +11,10 @@ system_packages=(
     xvfb xauth x11-utils xdotool imagemagick
     libgl1-mesa-dri libegl1 libglx-mesa0 libopengl0 mesa-vulkan-drivers libvulkan1
 )
+# What some tests can use and Blender can do without: virtual reality with no headset, and reading OpenVDB files.
+optional_packages=(
+    monado-service libopenxr1-monado libopenxr-loader1 monado-cli python3-openvdb
+)
 # Not Debian packages, or too old there. numpy must stay Debian's: Blender is built with that one.
 python_packages=(
     cattrs attrs typing_extensions pymeshlab numba llvmlite tqdm tensorboard absl-py protobuf
@@ -24,7 +28,8 @@ building=$folder/blender-root.building
 log=$folder/provision.log
 read -r -a pip <<< "${PIP:-python3 -m pip}"
 read -r -a pip_args <<< "${PIP_ARGS:-}"
-wanted=$(printf '%s\n' "${system_packages[@]}" -- "${python_packages[@]}" | sha256sum | cut -d' ' -f1)
+wanted=$(printf '%s\n' "${system_packages[@]}" -- "${optional_packages[@]}" -- "${python_packages[@]}" \
+    | sha256sum | cut -d' ' -f1)
 
 unavailable() {
     echo "A real Blender cannot be provisioned: $1. BLENDER=/path/to/blender uses your own." >&2
@@ -71,13 +76,26 @@ make_system() {
     chmod +x "$building/usr/sbin/policy-rc.d"
 }
 
+install_debian() {
+    inside env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends "$@" >>"$log" 2>&1
+}
+
+install_optional() {
+    # All at once is fast; one at a time finds those that can be had.
+    install_debian "${optional_packages[@]}" && return
+    local package missing=()
+    for package in "${optional_packages[@]}"; do
+        install_debian "$package" || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] || step "going on without optional packages that could not be had: ${missing[*]}"
+}
+
 install_packages() {
     step "installing Blender and its libraries, about 4 GB"
-    inside env DEBIAN_FRONTEND=noninteractive bash -c '
-        apt-get update
-        apt-get install --yes --no-install-recommends "$@"
-        apt-get clean' install "${system_packages[@]}" >>"$log" 2>&1 \
+    { inside apt-get update >>"$log" 2>&1 && install_debian "${system_packages[@]}"; } \
         || unavailable "the Debian mirror did not give its packages, see $log"
+    install_optional
+    inside apt-get clean
     local version
     version=$(inside python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')
     "${pip[@]}" install ${pip_args[@]+"${pip_args[@]}"} --quiet --no-deps --only-binary=:all: \
