@@ -13,16 +13,28 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo test test-slow bench lint blender build clean
+.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build clean
 
 help: ## list the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
 
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
 	$(VENV_PYTHON) scripts/make_demo.py --out out
 
 test: lint ## every check: lint, types, and the tests in plain Python, the bpy module and Blender
 	tests/every_way.sh $(TEST_ARGS)
+
+test-plain: $(INSTALLED) ## the tests in plain Python, without Blender
+	tests/every_way.sh --only plain $(TEST_ARGS)
+
+test-bpy: $(INSTALLED) ## the tests under Blender's Python module, 4.5
+	tests/every_way.sh --only bpy $(TEST_ARGS)
+
+test-bpy-next: $(INSTALLED) ## the tests about Blender under the module of the next version, 5.0
+	tests/every_way.sh --only bpy-next $(TEST_ARGS)
+
+test-blender: $(INSTALLED) ## the tests in a real Blender: BLENDER, or the provisioned one
+	tests/every_way.sh --only blender $(TEST_ARGS)
 
 test-slow: lint ## the tests that `make test` has no time for
 	tests/every_way.sh -m slow $(TEST_ARGS)

@@ -3,15 +3,27 @@
 # Run the tests in plain Python, under Blender's Python module (4.5; what is about Blender under 5.0's too) and in a
 # real Blender: the one that BLENDER names, or the provisioned one.
 #
-#     tests/every_way.sh [options for pytest]
+#     tests/every_way.sh [--only plain|bpy|bpy-next|blender] [options for pytest]
+#
+# A way that cannot be had here is skipped with a line that says why; asked for by --only, it is a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 python=.venv/bin/python
 failed=()
+only=
+if [ "${1:-}" = --only ]; then
+    only=${2:-}
+    [[ $only =~ ^(plain|bpy|bpy-next|blender)$ ]] || { echo "No such way to run the tests: '$only'" >&2; exit 2; }
+    shift 2
+fi
 chosen=$#
 blender=${BLENDER:-}
 export OMP_WAIT_POLICY=PASSIVE
+
+wanted() {
+    [ -z "$only" ] || [ "$only" = "$1" ]
+}
 
 run() {
     printf '\n=== Tests in %s\n' "$1"
@@ -21,6 +33,11 @@ run() {
     [ "$status" = 0 ] || { [ "$status" = 5 ] && [ "$chosen" -gt 0 ]; } || failed+=("$1")
 }
 
+skip() {
+    echo "Skipped: the tests in $1. $2"
+    [ -z "$only" ] || failed+=("$1, which cannot be had here")
+}
+
 find_blender() {
     [ -z "$blender" ] || return 0
     local reason status=0
@@ -28,7 +45,7 @@ find_blender() {
     { reason=$(PIP="$python -m pip" tests/provision_blender.sh 2>&1 >&3) || status=$?; } 3>&1
     case $status in
         0) blender=tests/blender.sh ;;
-        2) echo "Skipped: the tests in a real Blender. $reason" ;;
+        2) skip "a real Blender" "$reason" ;;
         *) echo "$reason" >&2; failed+=("provisioning") ;;
     esac
 }
@@ -40,7 +57,7 @@ run_next_module() {
     if [ ! -e "$folder/.installed" ]; then
         # shellcheck disable=SC2086  # PIP_ARGS is a list of words
         "$python" -m pip install ${PIP_ARGS:-} --quiet --no-deps --upgrade --target "$folder" "bpy==$version" \
-            || { echo "Skipped: the tests under bpy $version, which the package index does not give."; return 0; }
+            || { skip "bpy $version" "The package index does not give it."; return 0; }
         touch "$folder/.installed"
     fi
     # What the bundled weights give does not depend on Blender, and takes long.
@@ -48,11 +65,12 @@ run_next_module() {
         tests/blender --ignore tests/blender/test_real_weights.py "$@"
 }
 
-find_blender
-run "plain Python" env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py "$@"
-run "bpy" "$python" tests/run.py "$@"
-run_next_module "$@"
-[ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
+# Provisioning comes first: who starts it should not wait for tests to learn that it fails.
+! wanted blender || find_blender
+! wanted plain || run "plain Python" env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py "$@"
+! wanted bpy || run "bpy" "$python" tests/run.py "$@"
+! wanted bpy-next || run_next_module "$@"
+! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
 
 if [ ${#failed[@]} -gt 0 ]; then
     printf 'Failed: %s\n' "${failed[@]}" >&2
