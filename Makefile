@@ -13,7 +13,7 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build clean
+.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -53,6 +53,9 @@ blender: $(INSTALLED) ## provision a real Blender from Debian (needs root), outs
 
 build: $(INSTALLED) ## the extension's zip, in dist/
 	$(VENV_PYTHON) build.py
+
+release: $(INSTALLED) ## check that the version can be released, and tag it
+	$(VENV_PYTHON) scripts/release.py
 
 clean: ## remove what the other targets made, except .venv and the provisioned Blender
 	rm -rf build dist out .mypy_cache .pytest_cache .ruff_cache

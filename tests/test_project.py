@@ -41,21 +41,21 @@ def sources(tracked: list[Path]) -> dict[str, list[str]]:
     }
 
 
-def test_manifest_and_changelog_agree_on_the_version() -> None:
+def test_manifest_changelog_and_citation_agree_on_the_version() -> None:
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
-    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    sections = changelog.split("\n## ")[1:]
-    assert sections[0].startswith("Unreleased\n")
-    # Either the version is being prepared, or it is the last one released.
-    released = [section.split()[0] for section in sections[1:]]
-    assert f"Will be {version}," in sections[0] or released[:1] == [version]
+    titles = re.findall(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
+    # Only the topmost version may lack its day.
+    assert re.fullmatch(re.escape(version) + r" - (unreleased|\d{4}-\d\d-\d\d)", titles[0])
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+ - \d{4}-\d\d-\d\d", title) for title in titles[1:])
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (.+)$", citation, re.M) == [version]
 
 
 def test_changelog_entries_name_their_part() -> None:
     lines = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines()
     entries = [line for line in lines if line.startswith("- ")]
     assert entries
-    assert all(re.match(r"- (Add-on|Core|Training|Project): ", line) for line in entries)
+    assert all(re.match(r"- (Add-on|Training|Project): ", line) for line in entries)
 
 
 def test_the_readme_names_every_module(sources: dict[str, list[str]]) -> None:
