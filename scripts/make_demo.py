@@ -25,8 +25,8 @@ import scene as table
 from mathutils import Vector
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.scene.grease_pencil import read_drawings, rigid_matrix
 from liquid_splash_addon.blender.scene import sketch as sketches
+from liquid_splash_addon.blender.scene.grease_pencil import read_drawings, rigid_matrix
 from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.sketch.presets import PRESETS as PRESET_SKETCHES
 from liquid_splash_addon.core.sketch.presets import example_sketch
