@@ -10,8 +10,9 @@ from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.level_set import LevelSet
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.numeric.triangles import face_normals
 from liquid_splash_addon.core.numeric.trilinear import sample_field
-from liquid_splash_addon.core.obstacles.contact import normals, push_out
+from liquid_splash_addon.core.obstacles.contact import push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
     CLOSE,
     Obstacle,
@@ -186,7 +187,7 @@ def test_no_vertex_lies_in_an_obstacle(shape, offset):
         depth = box_distance(out.astype(float) @ TURN, *BOX) / CELL
     assert depth.min() > offset - 0.05
     assert np.abs(out - mesh.vertices).max() < CELL
-    before, after = normals(mesh.vertices, mesh.faces), normals(out, mesh.faces)
+    before, after = face_normals(mesh.vertices, mesh.faces), face_normals(out, mesh.faces)
     assert (np.einsum("ij,ij->i", before, after) > 0).all()
     assert is_closed(mesh.faces)
 

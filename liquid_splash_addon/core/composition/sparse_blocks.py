@@ -13,6 +13,7 @@ from ..grid import Grid
 from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import taubin_smoothed
+from ..numeric.trilinear import corner_weight
 from ..obstacles.obstacles import (
     BAND,
     SWALLOWED,
@@ -186,10 +187,6 @@ def _sample(velocity, table, cells, result):
             i, j, k = low[0] + a, low[1] + b, low[2] + c
             n = table[i // SIDE + 1, j // SIDE + 1, k // SIDE + 1]
             if n >= 0:
-                weight = (
-                    (share[0] if a else 1 - share[0])
-                    * (share[1] if b else 1 - share[1])
-                    * (share[2] if c else 1 - share[2])
-                )
+                weight = corner_weight(share[0], share[1], share[2], a, b, c)
                 for axis in range(3):
                     result[p, axis] += weight * velocity[n, axis, i % SIDE, j % SIDE, k % SIDE]

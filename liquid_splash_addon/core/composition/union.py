@@ -15,6 +15,7 @@ from ..liquid.smooth_csg import smooth_union
 from ..mesh.marching_cubes import level_surface
 from ..mesh.mesh import Mesh
 from ..mesh.signed_distance import EXACT, bounds_of, distance_on_grid, relevant, winding_on_grid
+from ..numeric.trilinear import components_at
 from ..progress import Report
 from ..sketch.local_frame import Frame
 from .placement import CompositionError, Placed
@@ -186,7 +187,7 @@ def to_local(
     frame, grid = part.frame, part.liquid.grid
     matrix = frame.axes * (frame.scale * cell / grid.spacing)
     first = frame.points_to_local((place * SIDE + 0.5) * cell)
-    return matrix, grid.to_cells(first) - 0.5, frame.axes.T / frame.scale
+    return matrix, grid.to_cells(first), frame.axes.T / frame.scale
 
 
 @njit(cache=True)
@@ -202,28 +203,15 @@ def _mark(least, greatest, near):
 @njit(cache=True, fastmath=True)
 def _add_velocity(field, matrix, shift, turn, level, weights, velocity):
     """Add a splash's velocity times a weight that grows with the depth in it."""
-    shape = field.shape
-    at, low, sampled = np.empty(3), np.empty(3, np.int64), np.empty(3)
+    at, sampled = np.empty(3), np.empty(3)
     for i in range(SIDE):
         for j in range(SIDE):
             for k in range(SIDE):
                 if level[i, j, k] >= AIR:
                     continue
                 for a in range(3):
-                    x = matrix[a, 0] * i + matrix[a, 1] * j + matrix[a, 2] * k + shift[a]
-                    x = min(max(x, 0.0), shape[a + 1] - 1.0)
-                    low[a] = min(np.int64(x), shape[a + 1] - 2)
-                    at[a] = x - low[a]
-                sampled[:] = 0.0
-                for corner in range(8):
-                    a, b, c = corner >> 2, corner >> 1 & 1, corner & 1
-                    share = (
-                        (at[0] if a else 1 - at[0])
-                        * (at[1] if b else 1 - at[1])
-                        * (at[2] if c else 1 - at[2])
-                    )
-                    for n in range(3):
-                        sampled[n] += share * field[n, low[0] + a, low[1] + b, low[2] + c]
+                    at[a] = matrix[a, 0] * i + matrix[a, 1] * j + matrix[a, 2] * k + shift[a]
+                components_at(field, at[0], at[1], at[2], sampled)
                 weight = np.exp(-PREFERENCE * level[i, j, k])
                 weights[i, j, k] += weight
                 for n in range(3):

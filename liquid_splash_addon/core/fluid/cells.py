@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import counting_sort
+
 BLOCK = 8
 """Cells along each side of a block, the leaf of the two-level table."""
 
@@ -149,24 +151,18 @@ def _find_neighbours(table, leaves, index):
 def sort_by_cell(positions: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return the order that puts particles of one cell next to each other, and counts.
 
-    Order is int64 ``(n,)``; counts, int64 ``(liquid,)``, says how many particles each cell has.
+    Order is int32 ``(n,)``; counts, int32 ``(liquid,)``, says how many particles each cell has.
     """
-    return _counting_sort(positions, cells.table, cells.leaves, cells.liquid)
+    home = _homes(positions, cells.table, cells.leaves)
+    order, first = counting_sort(home, cells.liquid)
+    return order, np.diff(first)
 
 
 @njit(cache=True)
-def _counting_sort(positions, table, leaves, liquid):
+def _homes(positions, table, leaves):
+    """Return the number of the cell that holds each particle, int32 ``(n,)``."""
     home = np.empty(len(positions), dtype=np.int32)
-    starts = np.zeros(liquid + 1, dtype=np.int64)
     for p in range(len(positions)):
         i, j, k = int(positions[p, 0]), int(positions[p, 1]), int(positions[p, 2])
         home[p] = leaves[table[i >> 3, j >> 3, k >> 3], i & 7, j & 7, k & 7]
-        starts[home[p] + 1] += 1
-    for c in range(liquid):
-        starts[c + 1] += starts[c]
-    counts = starts[1:] - starts[:-1]
-    order = np.empty(len(positions), dtype=np.int64)
-    for p in range(len(positions)):
-        order[starts[home[p]]] = p
-        starts[home[p]] += 1
-    return order, counts
+    return home

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import cell_list
 from .signed_distance import closest, crossing
 
 
@@ -26,10 +27,7 @@ def nearest_on_mesh(
         # Bins about as large as the reach, but no more of them than a grid has cells.
         edge = max(reach, float((np.prod(size + reach) / 1e6) ** (1 / 3)))
         counts = (size / edge).astype(np.int64) + 1
-        place = ((points - low) / edge).astype(np.int64)
-        bins = (place[:, 0] * counts[1] + place[:, 1]) * counts[2] + place[:, 2]
-        order = np.argsort(bins, kind="stable")
-        starts = np.searchsorted(bins[order], np.arange(counts.prod() + 1))
+        order, starts = cell_list(points, low, edge, counts)
         binned = (low, edge, counts, order, starts)
         _nearest(triangles, points, reach, *binned, square, nearest)
         _count_at(triangles, points, *binned, winding)

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import counting_sort
+
 
 class NotClosedError(ValueError):
     """A mesh with an edge that has other than two faces, running along it both ways."""
@@ -36,16 +38,7 @@ def connect(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.n
 @njit(cache=True)
 def _pair(start, twin, count):
     """Find the twins; return whether every half-edge has one."""
-    first = np.zeros(count + 1, dtype=np.int32)
-    for h in range(len(start)):
-        first[start[h] + 1] += 1
-    for v in range(count):
-        first[v + 1] += first[v]
-    fill = first[:-1].copy()
-    leaving = np.empty(len(start), dtype=np.int32)
-    for h in range(len(start)):
-        leaving[fill[start[h]]] = h
-        fill[start[h]] += 1
+    leaving, first = counting_sort(start, count)
     for h in range(len(start)):
         if twin[h] >= 0:
             continue

@@ -47,9 +47,3 @@ def films(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     sums = np.stack([np.bincount(hole, edges[:, a], count) for a in range(3)], axis=1)
     middle = (sums / np.maximum(weight, 1)[:, None])[hole]
     return np.stack([vertices[stop], vertices[start], middle], axis=1)
-
-
-def areas(triangles: np.ndarray) -> np.ndarray:
-    """Return the areas ``(m,)`` of triangles ``(m, 3, 3)``."""
-    sides = triangles[:, 1:] - triangles[:, :1]
-    return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2)

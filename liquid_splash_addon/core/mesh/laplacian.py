@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from .geometry import cross_edges, squared_length
+from ..numeric.cell_list import counting_sort
+from ..numeric.triangles import cross_edges, squared_length
 
 STIFFEST = 10.0
 """Largest sum of weights over mass at a vertex, over the target edge squared; 4 where triangles
@@ -68,12 +69,12 @@ def laplacian(vertices: np.ndarray, faces: np.ndarray, edge: float) -> Laplacian
     D_i + D_j, where D is the sum of weights over mass; Gershgorin's theorem gives the bound. It
     needs weights that are not negative: negative ones (obtuse angles) are set to 0.
     """
-    first = np.zeros(len(vertices) + 1, dtype=np.int32)
-    near = np.empty(faces.size, dtype=np.int32)
-    half = np.zeros(faces.size, dtype=np.float64)
+    cotangents = np.empty(faces.shape, dtype=np.float64)
     mass = np.zeros(len(vertices), dtype=np.float64)
-    points = vertices.astype(np.float64)
-    _assemble(points, faces, first, near, half, mass)
+    _assemble(vertices.astype(np.float64), faces, cotangents, mass)
+    order, first = counting_sort(faces.reshape(-1), len(vertices))
+    near = np.roll(faces, -1, axis=1).reshape(-1)[order].astype(np.int32)
+    half = cotangents.reshape(-1)[order]
     weights = np.empty_like(half)
     _symmetrise(first, near, half, weights)
     bound = _stiffness(first, near, weights, mass, STIFFEST / (edge * edge))
@@ -84,14 +85,8 @@ def laplacian(vertices: np.ndarray, faces: np.ndarray, edge: float) -> Laplacian
 
 
 @njit(cache=True)
-def _assemble(points, faces, first, near, half, mass):
-    count = len(points)
-    for f in range(len(faces)):
-        for k in range(3):
-            first[faces[f, k] + 1] += 1
-    for v in range(count):
-        first[v + 1] += first[v]
-    fill = first[:-1].copy()
+def _assemble(points, faces, cotangents, mass):
+    """Write half the cotangent opposite each face's edges k, k + 1; add the faces' area to mass."""
     for f in range(len(faces)):
         x, y, z = cross_edges(faces[f, 0], faces[f, 1], faces[f, 2], points)
         double = np.sqrt(x * x + y * y + z * z)
@@ -102,10 +97,8 @@ def _assemble(points, faces, first, near, half, mass):
                 squared_length(b, c, points),
                 squared_length(c, a, points),
             )
-            # The floor stands for an angle of 0.6 degrees.
-            near[fill[a]] = b
-            half[fill[a]] = 0.25 * (bc + ca - ab) / max(double, 0.01 * max(ab, bc, ca), 1e-30)
-            fill[a] += 1
+            # The least area stands for an angle of 0.6 degrees.
+            cotangents[f, k] = 0.25 * (bc + ca - ab) / max(double, 0.01 * max(ab, bc, ca), 1e-30)
             mass[a] += double / 6
 
 

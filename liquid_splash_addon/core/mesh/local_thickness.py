@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import cell_list
 from ..numeric.threads import in_parts
 
 MOST_BOXES = 3e7
@@ -30,29 +31,10 @@ def room(vertices: np.ndarray, normals: np.ndarray, reach: float) -> tuple[np.nd
         size = tuple(int(n) + 1 for n in points.max(axis=0))
         if np.prod(size, dtype=np.float64) > MOST_BOXES:
             raise ValueError("the mesh is too large for its details")
-        order, first = _sort(points, size)
+        order, first = cell_list(points, np.zeros(3, dtype=np.float32), np.float32(1), size)
         held = (points, points[order], normals, first, size, np.float32(reach))
         in_parts(len(points), lambda a, b: _touching_balls(a, b, *held, inward, outward))
     return inward, outward
-
-
-@njit(cache=True)
-def _sort(points, size):
-    """Return vertices in the order of boxes, and where each box begins."""
-    first = np.zeros(size[0] * size[1] * size[2] + 1, dtype=np.int32)
-    box = np.empty(len(points), dtype=np.int64)
-    for v in range(len(points)):
-        i, j, k = int(points[v, 0]), int(points[v, 1]), int(points[v, 2])
-        box[v] = (i * size[1] + j) * size[2] + k
-        first[box[v] + 1] += 1
-    for b in range(len(first) - 1):
-        first[b + 1] += first[b]
-    fill = first[:-1].copy()
-    order = np.empty(len(points), dtype=np.int32)
-    for v in range(len(points)):
-        order[fill[box[v]]] = v
-        fill[box[v]] += 1
-    return order, first
 
 
 @njit(cache=True, fastmath=True, nogil=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import vertex_normals
+from ..numeric.triangles import vertex_normals
 from .halfedge import anchor, connect
 from .remeshing_passes import collapse_short, flip_edges, move_vertices, split_long, weights_at
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.triangles import cross_edges, squared_length
 from .closest_point_walk import land
-from .geometry import cross_edges, squared_length
 from .halfedge import (
     adjacent,
     collapse_edge,

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .geometry import cross_edges
+from ..numeric.cell_list import counting_sort
+from ..numeric.triangles import face_normals
 
 BOX = 1.4
 """Edge of the boxes by which faces near each other are found, over the faces' mean size."""
@@ -64,8 +65,11 @@ def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         extent = points.max(axis=0)
         side = max(BOX * mean, float(np.cbrt(np.prod(extent + mean) / MOST_BOXES)))
         size = tuple(int(n) + 1 for n in extent / side)
-        first, inside = _sort(bounds, np.float32(1 / side), size)
-        _find(points, faces, bounds, _normals(points, faces), first, inside, crossed)
+        keys, owners = _boxes(bounds, np.float32(1 / side), size)
+        order, first = counting_sort(keys, size[0] * size[1] * size[2])
+        inside = owners[order]
+        normals = face_normals(points, faces).astype(np.float32)
+        _find(points, faces, bounds, normals, first, inside, crossed)
     return crossed
 
 
@@ -85,42 +89,27 @@ def _bounds(points, faces):
 
 
 @njit(cache=True)
-def _normals(points, faces):
-    """Return unit normals, float32 ``(m, 3)``; 0 for a face without area."""
-    normals = np.empty((len(faces), 3), dtype=np.float32)
-    for f in range(len(faces)):
-        x, y, z = cross_edges(faces[f, 0], faces[f, 1], faces[f, 2], points)
-        scale = 1 / max(np.sqrt(x * x + y * y + z * z), 1e-30)
-        normals[f, 0], normals[f, 1], normals[f, 2] = scale * x, scale * y, scale * z
-    return normals
-
-
-@njit(cache=True)
-def _sort(bounds, scale, size):
-    """Return where each box begins, int32, and the faces whose bounds meet each box, int32.
+def _boxes(bounds, scale, size):
+    """Return the number of every box that a face's bounds meet, and that face, int32 each.
 
     scale : boxes to a unit of length; size : boxes along each axis.
     """
-    first = np.zeros(size[0] * size[1] * size[2] + 1, dtype=np.int32)
+    total = 0
+    for f in range(len(bounds)):
+        count = 1
+        for n in range(3):
+            count *= int(scale * bounds[f, 3 + n]) - int(scale * bounds[f, n]) + 1
+        total += count
+    keys, owners = np.empty(total, dtype=np.int32), np.empty(total, dtype=np.int32)
+    total = 0
     for f in range(len(bounds)):
         for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
             for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
                 for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
-                    first[(i * size[1] + j) * size[2] + k] += 1
-    total = np.int32(0)
-    for box in range(len(first)):
-        total += first[box]
-        first[box] = total
-    # Filled from the back: each begin ends up at the beginning.
-    inside = np.empty(total, dtype=np.int32)
-    for f in range(len(bounds)):
-        for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
-            for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
-                for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
-                    box = (i * size[1] + j) * size[2] + k
-                    first[box] -= 1
-                    inside[first[box]] = f
-    return first, inside
+                    keys[total] = (i * size[1] + j) * size[2] + k
+                    owners[total] = f
+                    total += 1
+    return keys, owners
 
 
 @njit(cache=True)

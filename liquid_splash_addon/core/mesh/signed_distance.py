@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.triangles import cross_edges
+
 EXACT = 2.0
 """Cells up to which every triangle is tried. Beyond, a cell tries those of its neighbours, which
 is right to a tenth of a cell, to a hundredth in the mean."""
@@ -120,7 +122,7 @@ def _outside(p, low, high):
 def _splat(triangles, reach, square, owner):
     """Try every triangle at the cells within ``reach`` of it."""
     shape = square.shape
-    low, high = np.empty(3), np.empty(3)
+    low, high, n = np.empty(3), np.empty(3), np.empty(3)
     first, last, cell = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
     for m in range(len(triangles)):
         t = triangles[m]
@@ -134,7 +136,7 @@ def _splat(triangles, reach, square, owner):
         if empty:
             continue
         # Along the normal's largest component only cells near the plane are looked at.
-        n = np.cross(t[1] - t[0], t[2] - t[0])
+        n[0], n[1], n[2] = cross_edges(0, 1, 2, t)
         w = np.argmax(np.abs(n))
         u, v = (w + 1) % 3, (w + 2) % 3
         size = np.sqrt((n * n).sum())

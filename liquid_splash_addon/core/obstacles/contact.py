@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..numeric.triangles import face_normals
 from .obstacles import SHELL, Obstacle, depth_of_points
 
 REACH = 1.5
@@ -42,9 +43,9 @@ def push_out(
     moved = before.copy()
     touched = leave(moved, np.arange(len(moved)), obstacles, cell, offset)
     near = faces[np.isin(faces, touched).any(axis=1)]
-    facing = normals(before, near)
+    facing = face_normals(before, near)
     for _ in range(ROUNDS):
-        turned = (normals(moved, near) * facing).sum(axis=1) < 0
+        turned = (face_normals(moved, near) * facing).sum(axis=1) < 0
         if not turned.any():
             break
         spread = np.unique(near[turned])
@@ -91,12 +92,6 @@ def leave_one(
     step = np.where(side < 0, -1.0, 1.0) * (offset - distance) * cell / length
     points[chosen] += step[:, None] * away
     return chosen
-
-
-def normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the normals ``(m, 3)`` of faces, as long as twice their area."""
-    a, b, c = (vertices[faces[:, n]] for n in range(3))
-    return np.cross(b - a, c - a)
 
 
 def relax(vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray) -> None:

@@ -14,8 +14,9 @@ from ..grid import Grid
 from ..liquid.level_set import LevelSet
 from ..liquid.smooth_csg import smooth_maximum
 from ..mesh.closest_point import nearest_on_mesh
-from ..mesh.hole_filling import areas, films, welded
+from ..mesh.hole_filling import films, welded
 from ..mesh.signed_distance import bounds_of, distance_on_grid, relevant, winding_on_grid
+from ..numeric.triangles import triangle_areas
 from ..sketch.local_frame import Frame
 
 HOLES = 0.15
@@ -117,10 +118,10 @@ def obstacle_from_mesh(vertices: np.ndarray, faces: np.ndarray, name: str = "") 
     vertices, faces = welded(vertices, faces)
     triangles = vertices[faces]
     caps = films(vertices, faces)
-    size = areas(triangles).sum()
+    size = triangle_areas(triangles).sum()
     if not size > 0:
         raise ObstacleError(f"{label} has no area: choose a mesh with faces or remove it")
-    share = areas(caps).sum() / size
+    share = triangle_areas(caps).sum() / size
     if share <= HOLES:
         return Obstacle(np.concatenate([triangles, caps]))
     return Obstacle(

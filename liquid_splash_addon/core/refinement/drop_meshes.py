@@ -11,6 +11,7 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import neighbour_mean
+from ..numeric.triangles import signed_volumes
 from .particle_level import FINER, FineLevel, fill_atlas
 from .settings import SMALLEST
 
@@ -208,6 +209,4 @@ def rounded(
 
 def volumes(vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray) -> np.ndarray:
     """Return the volume within each drop's faces, ``(drops,)``, by the divergence theorem."""
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    sixth = (np.cross(a, b) * c).sum(axis=1) / 6
-    return np.bincount(drop[faces[:, 0]], sixth, drop.max() + 1)
+    return np.bincount(drop[faces[:, 0]], signed_volumes(vertices, faces), drop.max() + 1)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import cell_list
 from ..numeric.threads import in_parts
 
 SUPPORT = 2.0
@@ -35,14 +36,14 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
     while np.prod(extent.astype(np.float64) / size + 1) > MOST_CELLS:
         size *= 1.5
     shape = (extent / size).astype(np.int64) + 1
-    order, starts = _sort(positions, low, np.float32(size), shape)
-    grid = low, np.float32(size), shape, order, starts
+    grid = low, np.float32(size), shape
+    sorted_by_cell = cell_list(positions, *grid)
 
     def pairs_of(start: int, stop: int) -> np.ndarray:
         room = USUAL * (stop - start)
         while True:
             found = np.empty((2, room), dtype=np.int32)
-            count = _pairs(start, stop, positions, spacing, *grid, *found)
+            count = _pairs(start, stop, positions, spacing, *grid, *sorted_by_cell, *found)
             if count <= room:
                 return found[:, :count]
             room = count
@@ -51,28 +52,8 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
     return first, second
 
 
-@njit(cache=True)
-def _sort(positions, low, size, shape):
-    home = np.empty(len(positions), dtype=np.int64)
-    starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)
-    for p in range(len(positions)):
-        i = int((positions[p, 0] - low[0]) / size)
-        j = int((positions[p, 1] - low[1]) / size)
-        k = int((positions[p, 2] - low[2]) / size)
-        home[p] = (i * shape[1] + j) * shape[2] + k
-        starts[home[p] + 1] += 1
-    for c in range(len(starts) - 1):
-        starts[c + 1] += starts[c]
-    places = starts[:-1].copy()
-    order = np.empty(len(positions), dtype=np.int32)
-    for p in range(len(positions)):
-        order[places[home[p]]] = p
-        places[home[p]] += 1
-    return order, starts
-
-
 @njit(cache=True, fastmath=True, nogil=True)
-def _pairs(start, stop, positions, spacing, low, size, shape, order, starts, first, second):
+def _pairs(start, stop, positions, spacing, low, size, shape, order, begins, first, second):
     """Write pairs of some particles with later ones while there is room; return their number."""
     count = 0
     for p in range(start, stop):
@@ -82,8 +63,8 @@ def _pairs(start, stop, positions, spacing, low, size, shape, order, starts, fir
         for a in range(max(i - 1, 0), min(i + 2, shape[0])):
             for b in range(max(j - 1, 0), min(j + 2, shape[1])):
                 row = (a * shape[1] + b) * shape[2]
-                begin = starts[row + max(k - 1, 0)]
-                end = starts[row + min(k + 2, shape[2])]
+                begin = begins[row + max(k - 1, 0)]
+                end = begins[row + min(k + 2, shape[2])]
                 for place in range(begin, end):
                     q = order[place]
                     if q <= p:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from ..mesh.geometry import enclosed, face_areas, vertex_normals
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
 from ..mesh.local_thickness import room
 from ..mesh.mesh import Mesh
 from ..mesh.remeshing import isotropic
+from ..numeric.triangles import enclosed_volume, face_areas, vertex_normals
 from .settings import WaveSettings
 
 FRAME = 1 / 60
@@ -169,7 +169,10 @@ def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveRep
     intensity = _intensity(prepared, settings.speed, np.diff(drive), step, kept)
     moved = _within_room(prepared, settings.amplitude * intensity)
     vertices = (mesh.vertices + moved[:, None] * prepared.normals).astype(np.float32)
-    volume, before = enclosed(vertices, mesh.faces), enclosed(mesh.vertices, mesh.faces)
+    volume, before = (
+        enclosed_volume(vertices, mesh.faces),
+        enclosed_volume(mesh.vertices, mesh.faces),
+    )
     report = WaveReport(
         wavelength, reach, steps, volume / max(before, 1e-30) - 1,
         _warnings(settings, wavelength, reach),
