@@ -15,12 +15,12 @@ BLOCK = 8
 
 
 class Cells(NamedTuple):
-    """Active cells of a box. The first ``liquid`` of them hold particles, the rest are air.
+    """Active cells of a box: the first ``liquid`` of them hold particles, the others are air.
 
     Attributes
     ----------
     table : int32 ``(BX, BY, BZ)``, row of ``leaves`` of each block, -1 where none is active
-    leaves : int32 ``(blocks, 8, 8, 8)``, number of each cell, -1 where it is not active
+    leaves : int32 ``(blocks, 8, 8, 8)``, number of each cell, -1 if it is not active
     coordinates : int32 ``(n, 3)``, position of each active cell in the box
     neighbours : int32 ``(n, 6)``, numbers of the cells at -x, +x, -y, +y, -z, +z; -1 if inactive
     liquid : how many cells hold liquid
@@ -36,8 +36,8 @@ class Cells(NamedTuple):
 def activate(positions: np.ndarray, shape: tuple[int, int, int], layers: int = 3) -> Cells:
     """Return the cells that hold particles and ``layers`` layers of air cells around them.
 
-    positions : float32 ``(n, 3)`` in cells, all inside the box and at least ``layers`` + 1
-    cells away from its walls. The first layer grows over all 26 neighbours, the others over 6.
+    positions : float32 ``(n, 3)`` in cells, all at least ``layers`` + 1 cells inside the box of
+    ``shape`` cells. The first layer grows over all 26 neighbours, the others over 6.
     """
     table = np.full([-(-n // BLOCK) for n in shape], -1, dtype=np.int32)
     blocks = _number_blocks(positions, table, layers + 1)
@@ -115,7 +115,7 @@ def _number_liquid(table, leaves, index):
 def _grow(table, leaves, index, liquid, layers):
     start, count = 0, liquid
     for layer in range(layers):
-        # Transfer needs all 26 neighbours of liquid; beyond, faces do, and spray stays cheap.
+        # Transfer needs all 26 neighbours of liquid; beyond, 6 are enough and keep spray cheap.
         furthest = 3 if layer == 0 else 1
         end = count
         for c in range(start, end):
