@@ -14,7 +14,7 @@ from liquid_splash_addon.core.numeric.triangles import face_normals
 from liquid_splash_addon.core.numeric.trilinear import sample_field
 from liquid_splash_addon.core.obstacles.contact import push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
-    CLOSE,
+    GENERATOR_REACH,
     Obstacle,
     ObstacleError,
     carve,
@@ -134,7 +134,7 @@ def test_doubled_vertices_are_joined():
     assert len(loose.triangles) == 12
 
 
-def test_an_open_surface_is_a_sheet_and_says_so():
+def test_an_open_surface_is_a_sheet_with_a_warning():
     corners = np.array([[-0.2, -0.2, 0.013], [0.2, -0.2, 0.013], [0.2, 0.2, 0.013]])
     obstacle = obstacle_from_mesh(corners, np.array([[0, 1, 2]]), "Floor")
     assert not obstacle.solid
@@ -151,11 +151,11 @@ def test_an_open_surface_is_a_sheet_and_says_so():
     [
         (np.zeros((0, 3)), np.zeros((0, 3), int), "'Ball' has no faces"),
         (np.zeros((3, 3)), np.array([[0, 1, 2]]), "has no area"),
-        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "no numbers"),
-        (np.eye(3), np.array([[0, 1, 7]]), "validate the mesh"),
+        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "invalid coordinates"),
+        (np.eye(3), np.array([[0, 1, 7]]), "missing vertices: repair the mesh"),
     ],
 )
-def test_what_is_no_obstacle_is_refused(vertices, faces, message):
+def test_meshes_that_cannot_be_obstacles_are_refused(vertices, faces, message):
     with pytest.raises(ObstacleError, match=message):
         obstacle_from_mesh(vertices, faces, "Ball")
 
@@ -266,7 +266,7 @@ def test_the_generator_sees_what_training_showed():
     shown = generator_obstacle([obstacle], GRID)
     true = (np.linalg.norm(GRID.centres() - MIDDLE, axis=-1) - 0.1) / CELL
     expected = closeness(torch.from_numpy(true), CELL)
-    assert shown.shape == GRID.shape and np.abs(shown).max() <= CLOSE / CELL
+    assert shown.shape == GRID.shape and np.abs(shown).max() <= GENERATOR_REACH / CELL
     assert (closeness(torch.from_numpy(shown), CELL) - expected).abs().max() < 0.03
 
 

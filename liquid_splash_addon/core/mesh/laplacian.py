@@ -12,22 +12,22 @@ from ..numeric.cell_list import counting_sort
 from ..numeric.triangles import cross_edges, squared_length
 
 STIFFEST = 10.0
-"""Largest sum of weights over mass at a vertex, over the target edge squared; 4 where triangles
-are equilateral. Vertices beside a sliver get more mass instead, which slows waves there alone: one
-of them would otherwise shorten the time step everywhere."""
+"""Largest sum of weights over mass at a vertex, in 1 / target edge squared; it is 4 where triangles
+are equilateral. A vertex beside a sliver gets more mass instead, which slows waves there alone:
+otherwise it would shorten the time step everywhere."""
 
 
 @dataclass(frozen=True)
 class Laplacian:
-    """What the operator (L u)_i = sum_j weight_ij (u_j - u_i) / mass_i is made of.
+    """The operator (L u)_i = sum_j weight_ij (u_j - u_i) / mass_i.
 
     Attributes
     ----------
-    first : int32 ``(n + 1,)``, where each vertex's neighbours begin
+    first : int32 ``(n + 1,)``, where the neighbours of each vertex begin in ``near``
     near : int32 ``(e,)``, the neighbours
     weights : float32 ``(e,)``, (cot alpha + cot beta) / 2, symmetric, never negative
-    mass : float32 ``(n,)``, a third of the faces around, squared metres, or more (STIFFEST)
-    bound : no eigenvalue of -L is larger, 1 / m^2
+    mass : float32 ``(n,)``, a third of the area of the faces around, m^2, or more (STIFFEST)
+    bound : upper bound of the eigenvalues of -L, 1 / m^2
     """
 
     first: np.ndarray
@@ -48,7 +48,10 @@ class Laplacian:
         return result
 
     def diffuse(self, values: np.ndarray, width: float) -> np.ndarray:
-        """Return ``values`` ``(n,)`` blurred by a Gaussian of ``width`` metres."""
+        """Return ``values`` blurred by a Gaussian with a standard deviation of ``width`` metres.
+
+        values : ``(n,)``; the result is float32.
+        """
         time = width * width / 2
         steps = int(np.ceil(time * self.bound))
         if steps == 0:
@@ -62,23 +65,26 @@ class Laplacian:
 
 
 def laplacian(vertices: np.ndarray, faces: np.ndarray, edge: float) -> Laplacian:
-    """Return the Laplacian of a closed mesh with edges of about ``edge``.
+    """Return the Laplacian of a closed mesh with edges of about ``edge`` metres.
+
+    vertices : ``(n, 3)``, metres; faces : ``(m, 3)``.
 
     The eigenvalues of M^-1 B W B^T, B the incidence of vertices and edges, are those of
-    B^T M^-1 B W but for zeros. In its row of edge ij the sizes of the entries sum up to
-    D_i + D_j, where D is the sum of weights over mass; Gershgorin's theorem gives the bound. It
-    needs weights that are not negative: negative ones (obtuse angles) are set to 0.
+    B^T M^-1 B W apart from zeros. In its row of edge ij the absolute values sum to D_i + D_j,
+    where D is the sum of weights over mass: Gershgorin's theorem gives the bound. It needs
+    weights that are not negative, so negative ones (obtuse angles) are set to 0.
     """
     cotangents = np.empty(faces.shape, dtype=np.float64)
     mass = np.zeros(len(vertices), dtype=np.float64)
     _assemble(vertices.astype(np.float64), faces, cotangents, mass)
     order, first = counting_sort(faces.reshape(-1), len(vertices))
-    near = np.roll(faces, -1, axis=1).reshape(-1)[order].astype(np.int32)
-    half = cotangents.reshape(-1)[order]
+    near = np.empty(faces.size, dtype=np.int32)
+    half = np.empty(faces.size, dtype=np.float64)
+    _by_vertex(faces, cotangents, order, near, half)
     weights = np.empty_like(half)
     _symmetrise(first, near, half, weights)
     bound = _stiffness(first, near, weights, mass, STIFFEST / (edge * edge))
-    # Rounding to float32 may add a little.
+    # Rounding to float32 may raise an eigenvalue a little.
     return Laplacian(
         first, near, weights.astype(np.float32), mass.astype(np.float32), 1.0001 * bound
     )
@@ -103,6 +109,15 @@ def _assemble(points, faces, cotangents, mass):
 
 
 @njit(cache=True)
+def _by_vertex(faces, cotangents, order, near, half):
+    """Write the next vertex of every corner, and its cotangent, in the order of the vertices."""
+    for n in range(len(order)):
+        f, k = order[n] // 3, order[n] % 3
+        near[n] = faces[f, (k + 1) % 3]
+        half[n] = cotangents[f, k]
+
+
+@njit(cache=True)
 def _symmetrise(first, near, half, weights):
     """Add the half of the face on the other side to the weight of every edge."""
     for v in range(len(first) - 1):
@@ -118,7 +133,7 @@ def _symmetrise(first, near, half, weights):
 
 @njit(cache=True)
 def _stiffness(first, near, weights, mass, stiffest):
-    """Give vertices more mass where they need it; return the bound."""
+    """Raise masses as far as ``stiffest`` asks; return the bound of the eigenvalues."""
     count = len(first) - 1
     ratio = np.empty(count)
     for v in range(count):
@@ -147,14 +162,14 @@ def _apply(first, near, rows, values, result):
 def mean_curvature(operator: Laplacian, vertices: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return the mean curvature (1 / m) at every vertex, positive on a ball, float32 ``(n,)``.
 
-    The Laplacian of the place is -2 H n.
+    The Laplacian of the position is -2 H n.
     """
     columns = [operator.apply(vertices[:, n]) * normals[:, n] for n in range(3)]
     return np.asarray(-0.5 * (columns[0] + columns[1] + columns[2]), dtype=np.float32)
 
 
 def pieces(operator: Laplacian) -> np.ndarray:
-    """Return the number of the connected piece to which every vertex belongs, int32 ``(n,)``."""
+    """Return the number of the connected piece that each vertex belongs to, int32 ``(n,)``."""
     return _flood(operator.first, operator.near)
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Things sorted by the cell, vertex or box they belong to: a counting sort, and what begins where.
+"""Items sorted by the cell, vertex or box that they belong to, by a counting sort.
 
-``order[first[c] : first[c + 1]]`` are the things of cell c, in the order in which they came.
+``order[first[c] : first[c + 1]]`` are the items of cell c, in their original order.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def counting_sort(keys, count):
-    """Return the order of ``keys`` and where each key begins in it, int32 ``(n,)``, ``(count+1,)``.
+    """Return the order of ``keys`` and where each key begins, int32 ``(n,)`` and ``(count + 1,)``.
 
     keys : int ``(n,)``, each from 0 to ``count`` - 1; equal ones stay in their order.
     """
-    first = np.zeros(count + 1, dtype=np.int32)
+    # Kept one place later than in the result: filling moves every beginning to the next one.
+    first = np.zeros(count + 2, dtype=np.int32)
     for n in range(len(keys)):
-        first[keys[n] + 1] += 1
+        first[keys[n] + 2] += 1
     for c in range(count):
-        first[c + 1] += first[c]
-    end = first[:-1].copy()
+        first[c + 2] += first[c + 1]
     order = np.empty(len(keys), dtype=np.int32)
     for n in range(len(keys)):
-        order[end[keys[n]]] = n
-        end[keys[n]] += 1
-    return order, first
+        order[first[keys[n] + 1]] = n
+        first[keys[n] + 1] += 1
+    return order, first[:-1]
 
 
 @njit(cache=True, nogil=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pairs of particles near each other, by a counting sort into cells."""
+"""Pairs of particles near each other."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ SUPPORT = 2.0
 """Reach of the kernels over the particles' spacing: about 33 neighbours."""
 
 SLACK = 1.1
-"""Pairs are found up to this many times the kernels' reach, so that a list outlives small moves."""
+"""Pairs are found up to this many times the kernels' reach, so that a list stays valid after small
+moves."""
 
-USUAL = 32
-"""Pairs of a particle that room is made for at first."""
+USUAL_PAIRS = 32
+"""Pairs of a particle that memory is reserved for at first."""
 
 MOST_CELLS = 1 << 23
-"""Cells of the search grid; they are made larger where the particles are far apart."""
+"""Most cells of the search grid; they are made larger if the particles are far apart."""
 
 
 def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of the particles of every near pair, int32 ``(pairs,)`` twice.
+    """Return the numbers of the first and second particles of all near pairs, int32 ``(pairs,)``.
 
-    Each pair is named once. positions : float32 ``(n, 3)``; spacing : float32 ``(n,)``.
+    Each pair is listed once. positions : float32 ``(n, 3)``; spacing : float32 ``(n,)``, in the
+    same unit.
     """
     if len(positions) < 2:
         nothing = np.zeros(0, dtype=np.int32)
@@ -40,13 +42,13 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
     sorted_by_cell = cell_list(positions, *grid)
 
     def pairs_of(start: int, stop: int) -> np.ndarray:
-        room = USUAL * (stop - start)
+        capacity = USUAL_PAIRS * (stop - start)
         while True:
-            found = np.empty((2, room), dtype=np.int32)
+            found = np.empty((2, capacity), dtype=np.int32)
             count = _pairs(start, stop, positions, spacing, *grid, *sorted_by_cell, *found)
-            if count <= room:
+            if count <= capacity:
                 return found[:, :count]
-            room = count
+            capacity = count
 
     first, second = np.concatenate(in_parts(len(positions), pairs_of), axis=1)
     return first, second
@@ -54,7 +56,7 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
 
 @njit(cache=True, fastmath=True, nogil=True)
 def _pairs(start, stop, positions, spacing, low, size, shape, order, begins, first, second):
-    """Write pairs of some particles with later ones while there is room; return their number."""
+    """Write the pairs of some particles with later ones as long as they fit; return how many."""
     count = 0
     for p in range(start, stop):
         i = int((positions[p, 0] - low[0]) / size)

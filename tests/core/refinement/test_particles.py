@@ -6,20 +6,20 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.refinement.blue_noise import APART, ball, random_turn
+from liquid_splash_addon.core.refinement.blue_noise import LEAST_GAP, ball, random_turn
 from liquid_splash_addon.core.refinement.drop_meshes import drop_cloud
 from liquid_splash_addon.core.refinement.pairs import SLACK, SUPPORT, find_pairs
 from liquid_splash_addon.core.refinement.particle_level import FineLevel
-from liquid_splash_addon.core.refinement.pbf import Drops, densities, simulate
+from liquid_splash_addon.core.refinement.pbf import PbfParticles, densities, simulate
 
 DT = 1 / 240
 
 
-def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) -> Drops:
+def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) -> PbfParticles:
     """Return the particles of one drop, cells."""
     positions = ball(count, 0) * radius * np.asarray(stretch) + np.asarray(centre)
     spacing = np.full(count, radius * (4 / 3 * np.pi / count) ** (1 / 3))
-    return Drops(
+    return PbfParticles(
         positions.astype(np.float32),
         np.zeros((count, 3), dtype=np.float32),
         spacing.astype(np.float32),
@@ -27,11 +27,11 @@ def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) ->
     )
 
 
-def both(first: Drops, second: Drops) -> Drops:
-    return Drops(*(np.concatenate(arrays) for arrays in zip(first, second, strict=True)))
+def both(first: PbfParticles, second: PbfParticles) -> PbfParticles:
+    return PbfParticles(*(np.concatenate(arrays) for arrays in zip(first, second, strict=True)))
 
 
-def momentum(drops: Drops) -> np.ndarray:
+def momentum(drops: PbfParticles) -> np.ndarray:
     return (drops.spacing[:, None] ** 3 * drops.velocities).sum(axis=0)
 
 
@@ -40,7 +40,7 @@ def test_blue_noise_fills_the_ball_and_keeps_apart(count):
     points = ball(count, 3)
     assert np.linalg.norm(points, axis=1).max() <= 1
     spacing = (4 / 3 * np.pi / count) ** (1 / 3)
-    assert pdist(points).min() > 0.8 * APART * spacing
+    assert pdist(points).min() > 0.8 * LEAST_GAP * spacing
     assert np.abs(points.mean(axis=0)).max() < 0.06
     # As many in the inner half of the volume as in the outer.
     inner = (np.linalg.norm(points, axis=1) < 0.5 ** (1 / 3)).mean()
@@ -81,7 +81,7 @@ def test_liquid_resists_compression():
 def test_cohesion_rounds_a_free_drop():
     long = drop(radius=1.5, count=250, stretch=(1.4, 0.85, 0.84))
 
-    def unevenness(drops: Drops) -> float:
+    def unevenness(drops: PbfParticles) -> float:
         """Spread of the surface's distance from its middle, over the mean distance."""
         fine = FineLevel.of(drops)
         label = fine.components()

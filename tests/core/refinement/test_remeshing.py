@@ -34,7 +34,7 @@ def edges(faces):
 
 
 def is_manifold(faces):
-    """Tell whether every edge has two faces along it both ways, and every vertex one fan."""
+    """Return whether every edge has two faces along it both ways, and every vertex one fan."""
     ends = edges(faces)
     forward = {tuple(edge) for edge in ends.tolist()}
     closed = len(forward) == len(ends) and all((b, a) in forward for a, b in forward)
