@@ -22,14 +22,14 @@ DROP_PARTICLE_RADIUS = 1.18
 """Distance of the surface from the weighted mean of the particles near it, over their spacing:
 a ball of 100 to 400 particles then has the volume that they represent, within 5 %."""
 
-LOOSE, DENSE = 0.12, 0.22
+LOOSE_SHARE, DENSE_SHARE = 0.12, 0.22
 """Shares of the space around a point that particles fill. Those of a drop fill over a quarter at
 its surface. Where they fill less, they have flown apart, and none of them may be near their mean:
 the surface must then also lie within balls around the particles."""
 
-ALONE, TOGETHER = 0.62, 1.4
-"""Radii of these balls over the spacing: from that of a particle's volume, where they are LOOSE, to
-one that reaches beyond a drop's surface, where they are DENSE."""
+LOOSE_RADIUS, DENSE_RADIUS = 0.62, 1.4
+"""Radii of these balls over the spacing: from that of a particle's volume at LOOSE_SHARE to
+one that reaches beyond a drop's surface at DENSE_SHARE."""
 
 AIR_LAYERS = 4
 """Layers of fine cells around the particles that get a distance."""
@@ -108,16 +108,16 @@ class FineLevel:
 
 
 def _balls(weight: np.ndarray, nearest: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """Return the distance ``(n,)`` to the ball around the nearest particle (TOGETHER), fine cells.
+    """Return the distance ``(n,)`` to the ball around the nearest particle, in fine cells.
 
     weight : sum of the particles' weights; nearest : cube root of the largest of them;
     spacing : of that particle, fine cells.
     """
     # The weight's integral over the ball of its reach is 64 pi / 315 of the cube of the reach.
     filled = 315 / (64 * np.pi * DROP_KERNEL_REACH**3) * weight
-    share = np.clip((filled - LOOSE) / (DENSE - LOOSE), 0, 1)
+    share = np.clip((filled - LOOSE_SHARE) / (DENSE_SHARE - LOOSE_SHARE), 0, 1)
     distance = DROP_KERNEL_REACH * np.sqrt(np.clip(1 - nearest, 0, 1))
-    return np.asarray((distance - ALONE - share * (TOGETHER - ALONE)) * spacing)
+    return np.asarray((distance - LOOSE_RADIUS - share * (DENSE_RADIUS - LOOSE_RADIUS)) * spacing)
 
 
 @njit(cache=True, fastmath=True)

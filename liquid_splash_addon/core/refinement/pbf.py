@@ -14,7 +14,7 @@ from numba import njit
 
 from .pairs import SUPPORT, find_pairs
 
-ITERATIONS = 2
+DENSITY_ITERATIONS = 2
 """Iterations of the density constraints in each step: a squeezed drop stays compressed by 0.3 %."""
 
 SOFTNESS = 0.05
@@ -82,7 +82,7 @@ def simulate(particles: PbfParticles, steps: int, dt: float, cohesion: float) ->
         if cohesion > 0:
             _cohere(predicted, spacing, first, second, np.float32(cohesion * COHESION_MOVE))
             predicted = gathered(predicted, spacing, particles.group, cohesion * GATHER_SHARE)
-        for _ in range(ITERATIONS):
+        for _ in range(DENSITY_ITERATIONS):
             _relax(predicted, spacing, first, second)
         velocities = (predicted - positions) / np.float32(dt)
         _share_velocity(predicted, spacing, first, second, viscosity, velocities)
@@ -112,7 +112,7 @@ def gathered(
 def settle_particles(positions: np.ndarray, spacing: np.ndarray) -> None:
     """Move particles apart that start too close to each other, in place, without adding speed."""
     first, second = find_pairs(positions, spacing)
-    for _ in range(ITERATIONS):
+    for _ in range(DENSITY_ITERATIONS):
         _relax(positions, spacing, first, second)
 
 
