@@ -22,6 +22,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     depth_of_points,
     generator_obstacle,
     obstacle_from_mesh,
+    outside_obstacles,
     signed_distance,
 )
 from liquid_splash_addon.core.sketch.local_frame import Frame
@@ -169,6 +170,14 @@ def test_distance_at_points():
     known = np.abs(true) < 5
     away = np.linalg.norm(points - nearest, axis=1)[known] / CELL
     assert np.allclose(away, np.abs(true[known]))
+
+
+def test_points_outside_are_those_beyond_the_offset_of_every_obstacle():
+    solids = [obstacle_from_mesh(*box((x, 0, 0), (x + 0.1, 0.1, 0.1))) for x in (0, 0.2)]
+    points = np.array([[0.05, 0.05, 0.05], [0.25, 0.05, 0.05], [0.15, 0.05, 0.05], [0.31, 0, 0]])
+    assert outside_obstacles(points, solids, CELL, 0.25).tolist() == [False, False, True, True]
+    assert outside_obstacles(points, solids, CELL, 2.0).tolist() == [False, False, True, False]
+    assert outside_obstacles(points, [], CELL, 2.0).all()
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.5])

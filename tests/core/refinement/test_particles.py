@@ -6,7 +6,12 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.refinement.blue_noise import LEAST_GAP, ball, random_turn
+from liquid_splash_addon.core.refinement.blue_noise import (
+    LEAST_GAP,
+    ball,
+    balls_around,
+    random_turn,
+)
 from liquid_splash_addon.core.refinement.drop_meshes import drop_cloud
 from liquid_splash_addon.core.refinement.pairs import SLACK, SUPPORT, find_pairs
 from liquid_splash_addon.core.refinement.particle_level import FineLevel
@@ -52,6 +57,18 @@ def test_turns_are_rotations():
     turn = random_turn(np.random.default_rng(0))
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-6)
     assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_balls_around_points_have_their_size_and_volume():
+    points = np.array([[5.0, 6.0, 7.0], [1.0, 0.0, 0.0]], dtype=np.float32)
+    radii, counts = np.array([1.0, 2.5]), np.array([100, 300])
+    positions, spacing, group = balls_around(points, radii, counts, np.random.default_rng(2))
+    np.testing.assert_array_equal(np.bincount(group), counts)
+    away = np.linalg.norm(positions - points[group], axis=1)
+    assert (away <= 1.001 * radii[group]).all()
+    volume = np.bincount(group, spacing.astype(np.float64) ** 3)
+    np.testing.assert_allclose(volume, 4 / 3 * np.pi * radii**3, rtol=1e-5)
+    assert not len(balls_around(points[:0], radii[:0], counts[:0], np.random.default_rng(2))[0])
 
 
 def test_pairs_are_all_those_within_reach_once_each():
