@@ -49,7 +49,7 @@ REPEATS = 3
 
 
 class Run(NamedTuple):
-    """What became of a scene, at the start and in every frame.
+    """The simulation of a scene, at the start and in every frame.
 
     Attributes
     ----------

@@ -9,8 +9,8 @@ from mathutils import Matrix
 
 from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.mesh_object import read_mesh
-from liquid_splash_addon.core.mesh.geometry import enclosed
 from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
+from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from tests.blender.sketching import (
     TubeGenerator,
     add_sketch,
@@ -65,7 +65,7 @@ def part(name: str) -> bpy.types.Object:
 def volume(item: bpy.types.Object) -> float:
     """Return the volume of a mesh object, in Blender units."""
     mesh = read_mesh(item.data)
-    return enclosed(mesh.vertices, mesh.faces)
+    return enclosed_volume(mesh.vertices, mesh.faces)
 
 
 def edges_twice(item: bpy.types.Object) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.blender.scene import drop_points
-from liquid_splash_addon.core.refinement.settings import SMALLEST
+from liquid_splash_addon.core.refinement.settings import SMALLEST_RADIUS
 from tests.blender.modelling import single
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
 
@@ -59,7 +59,7 @@ def test_points_are_the_small_drops_or_all(splash):
     _, radii, velocities = cloud(item)
     # The fan is one unit and a bit long; its real size is SIZE.
     cell = CELL / SIZE
-    assert 3 < len(radii) and 0 < radii.max() < 1.2 * SMALLEST * cell
+    assert 3 < len(radii) and 0 < radii.max() < 1.2 * SMALLEST_RADIUS * cell
     assert 0 < np.linalg.norm(velocities, axis=1).max() < 20
     socket = next(
         s for s in item.modifiers[0].node_group.interface.items_tree if s.name == drop_points.ALL
@@ -68,7 +68,7 @@ def test_points_are_the_small_drops_or_all(splash):
     item.update_tag()
     places, every, _ = cloud(item)
     assert len(every) == len(item.data.vertices) > len(radii)
-    assert every.max() > SMALLEST * cell
+    assert every.max() > SMALLEST_RADIUS * cell
     # Those that the mesh holds are where its vertices are.
     large = places[np.argmax(every)]
     away = np.linalg.norm(before - large, axis=1).min()

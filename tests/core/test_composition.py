@@ -12,7 +12,11 @@ from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
 from liquid_splash_addon.core.composition.placement import CompositionError, Placed
-from liquid_splash_addon.core.composition.sparse_blocks import SHARP, SIDE, joined
+from liquid_splash_addon.core.composition.sparse_blocks import (
+    LEAST_LEVEL,
+    SIDE,
+    with_shared_vertices,
+)
 from liquid_splash_addon.core.composition.union import compose
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.level_set import LevelSet
@@ -75,7 +79,7 @@ def test_a_splash_alone_stays_as_it_is():
         assert is_closed(mesh.faces)
 
 
-def test_united_with_itself_it_is_itself():
+def test_a_splash_joined_with_itself_is_itself():
     part = Placed(ball(stretch=(1, 0.6, 0.8)), at(0, axes=TURN))
     once, twice = compose([part]), compose([part, part])
     assert (once.level == twice.level).all()
@@ -173,13 +177,13 @@ def test_blocks_meet_without_cracks():
     expected, triangles, _, _ = marching_cubes(whole.level, 0.0, gradient_direction="descent")
     assert len(points) == len(expected) and len(faces) == len(triangles)
     # Where the surface runs along an edge of the grid, a vertex may be anywhere on it.
-    assert np.abs(map_coordinates(whole.level, points.T, order=1)).max() < 2 * SHARP
+    assert np.abs(map_coordinates(whole.level, points.T, order=1)).max() < 2 * LEAST_LEVEL
     assert is_closed(faces)
 
 
 def test_vertices_of_one_edge_are_joined():
     points = np.array([[1, 2, 0.5], [1, 2, 0.5], [1, 0.5, 2], [0.5, 0.5, 0.5], [0.5, 0.5, 0.5]])
-    found, faces = joined(points, np.array([[0, 2, 3], [1, 2, 4]]))
+    found, faces = with_shared_vertices(points, np.array([[0, 2, 3], [1, 2, 4]]))
     assert len(found) == 4
     assert (found[faces] == points[[[0, 2, 3], [1, 2, 4]]]).all()
 
@@ -247,7 +251,7 @@ def test_the_order_of_splashes_does_not_matter():
     ).all()
 
 
-def test_a_mesh_of_the_splash_is_united_in_its_place():
+def test_a_mesh_of_the_splash_is_joined_in_its_place():
     vertices, faces = sphere(0.05, (0.15, 0, 0))
     liquid = ball()
     own = level_surface(liquid.level, liquid.velocity, GRID)

@@ -29,7 +29,7 @@ def signed_volume(mesh):
 
 
 def is_closed(mesh):
-    """Tell whether every edge has two faces that run along it in opposite directions."""
+    """Return whether every edge has two faces that run along it in opposite directions."""
     edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
     forward = {tuple(edge) for edge in edges.tolist()}
     return len(forward) == len(edges) and all((b, a) in forward for a, b in forward)
@@ -123,12 +123,12 @@ def test_what_is_one_cell_thick_is_not_blurred_away(sides, sure):
     assert 0 < signed_volume(mesh) < 1.1 * np.prod(sides) * GRID.spacing**3
 
 
-def settled(fields: Fields) -> Fields:
+def clipped(fields: Fields) -> Fields:
     return clip_to_band(fields.occupancy, fields.distance, fields.velocity, fields.grid)
 
 
 def test_a_part_is_put_into_air():
-    part = settled(ball())
+    part = clipped(ball())
     grid = Grid((40, 48, 36), GRID.spacing, (0.0, 0.0, 0.0))
     whole = clip_to_band(part.occupancy, part.distance, part.velocity, grid, start=(4, 10, 0))
     box = (slice(4, 36), slice(10, 42), slice(0, 32))
@@ -139,8 +139,8 @@ def test_a_part_is_put_into_air():
 
 
 def test_rounded_fields_are_what_a_file_gives_back():
-    fields = settled(ball())
-    stored, rounded = Fields.from_bytes(fields.to_bytes()), settled(ball()).round_off()
+    fields = clipped(ball())
+    stored, rounded = Fields.from_bytes(fields.to_bytes()), clipped(ball()).round_off()
     np.testing.assert_array_equal(rounded.occupancy, stored.occupancy)
     np.testing.assert_array_equal(rounded.distance, stored.distance)
     np.testing.assert_array_equal(rounded.velocity, stored.velocity)

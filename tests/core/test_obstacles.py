@@ -10,10 +10,11 @@ from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.level_set import LevelSet
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
+from liquid_splash_addon.core.numeric.triangles import face_normals
 from liquid_splash_addon.core.numeric.trilinear import sample_field
-from liquid_splash_addon.core.obstacles.contact import normals, push_out
+from liquid_splash_addon.core.obstacles.contact import push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
-    CLOSE,
+    GENERATOR_REACH,
     Obstacle,
     ObstacleError,
     carve,
@@ -21,6 +22,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     depth_of_points,
     generator_obstacle,
     obstacle_from_mesh,
+    outside_obstacles,
     signed_distance,
 )
 from liquid_splash_addon.core.sketch.local_frame import Frame
@@ -133,7 +135,7 @@ def test_doubled_vertices_are_joined():
     assert len(loose.triangles) == 12
 
 
-def test_an_open_surface_is_a_sheet_and_says_so():
+def test_an_open_surface_is_a_sheet_with_a_warning():
     corners = np.array([[-0.2, -0.2, 0.013], [0.2, -0.2, 0.013], [0.2, 0.2, 0.013]])
     obstacle = obstacle_from_mesh(corners, np.array([[0, 1, 2]]), "Floor")
     assert not obstacle.solid
@@ -150,11 +152,11 @@ def test_an_open_surface_is_a_sheet_and_says_so():
     [
         (np.zeros((0, 3)), np.zeros((0, 3), int), "'Ball' has no faces"),
         (np.zeros((3, 3)), np.array([[0, 1, 2]]), "has no area"),
-        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "no numbers"),
-        (np.eye(3), np.array([[0, 1, 7]]), "validate the mesh"),
+        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "invalid coordinates"),
+        (np.eye(3), np.array([[0, 1, 7]]), "missing vertices: repair the mesh"),
     ],
 )
-def test_what_is_no_obstacle_is_refused(vertices, faces, message):
+def test_meshes_that_cannot_be_obstacles_are_refused(vertices, faces, message):
     with pytest.raises(ObstacleError, match=message):
         obstacle_from_mesh(vertices, faces, "Ball")
 
@@ -168,6 +170,14 @@ def test_distance_at_points():
     known = np.abs(true) < 5
     away = np.linalg.norm(points - nearest, axis=1)[known] / CELL
     assert np.allclose(away, np.abs(true[known]))
+
+
+def test_points_outside_are_those_beyond_the_offset_of_every_obstacle():
+    solids = [obstacle_from_mesh(*box((x, 0, 0), (x + 0.1, 0.1, 0.1))) for x in (0, 0.2)]
+    points = np.array([[0.05, 0.05, 0.05], [0.25, 0.05, 0.05], [0.15, 0.05, 0.05], [0.31, 0, 0]])
+    assert outside_obstacles(points, solids, CELL, 0.25).tolist() == [False, False, True, True]
+    assert outside_obstacles(points, solids, CELL, 2.0).tolist() == [False, False, True, False]
+    assert outside_obstacles(points, [], CELL, 2.0).all()
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.5])
@@ -186,7 +196,7 @@ def test_no_vertex_lies_in_an_obstacle(shape, offset):
         depth = box_distance(out.astype(float) @ TURN, *BOX) / CELL
     assert depth.min() > offset - 0.05
     assert np.abs(out - mesh.vertices).max() < CELL
-    before, after = normals(mesh.vertices, mesh.faces), normals(out, mesh.faces)
+    before, after = face_normals(mesh.vertices, mesh.faces), face_normals(out, mesh.faces)
     assert (np.einsum("ij,ij->i", before, after) > 0).all()
     assert is_closed(mesh.faces)
 
@@ -265,7 +275,7 @@ def test_the_generator_sees_what_training_showed():
     shown = generator_obstacle([obstacle], GRID)
     true = (np.linalg.norm(GRID.centres() - MIDDLE, axis=-1) - 0.1) / CELL
     expected = closeness(torch.from_numpy(true), CELL)
-    assert shown.shape == GRID.shape and np.abs(shown).max() <= CLOSE / CELL
+    assert shown.shape == GRID.shape and np.abs(shown).max() <= GENERATOR_REACH / CELL
     assert (closeness(torch.from_numpy(shown), CELL) - expected).abs().max() < 0.03
 
 

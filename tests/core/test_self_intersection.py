@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.mesh import marching_cubes, self_intersection
+from liquid_splash_addon.core.mesh import marching_cubes, taubin
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
 from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.mesh.self_intersection import crossing_faces, take_back
@@ -57,8 +57,8 @@ def cones() -> np.ndarray:
 def tangle() -> np.ndarray:
     """Return the level of a thin sheet full of folds and holes."""
     wild = gaussian_filter(np.random.default_rng(0).normal(size=(2 * CELLS,) * 3), 3.0)
-    slope = np.linalg.norm(np.gradient(wild), axis=0)
-    return np.abs(wild) / np.maximum(slope, 0.02 * wild.std()) - 0.4
+    steepness = np.linalg.norm(np.gradient(wild), axis=0)
+    return np.abs(wild) / np.maximum(steepness, 0.02 * wild.std()) - 0.4
 
 
 def meshed(level: np.ndarray) -> Mesh:
@@ -73,7 +73,7 @@ def test_smoothing_lets_no_faces_cross(shape, thin, monkeypatch):
     mesh = meshed(shape())
     assert crossing_by_pymeshlab(mesh.vertices, mesh.faces) == 0
     assert is_manifold(mesh.faces)
-    monkeypatch.setattr(self_intersection, "take_back", lambda before, moved, faces: moved)
+    monkeypatch.setattr(taubin, "take_back", lambda before, moved, faces: moved)
     plain = meshed(shape())
     crossed = crossing_faces(plain.vertices, plain.faces)
     assert crossed.any(), "without help it does"

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from liquid_splash_addon.core.fluid.cells import activate
-from liquid_splash_addon.core.fluid.density import enclosed_cells, room, volume_share
+from liquid_splash_addon.core.fluid.density import enclosed_cells, free_share, volume_share
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence
 from liquid_splash_addon.core.fluid.surface_tension import WATER
@@ -58,7 +58,7 @@ def dam_break(seconds, **switches):
     liquid = at_rest(block((16, 32, 32), (28, 48, 46)))
     liquid = advance(liquid, world, seconds)
     cells = activate(liquid.particles.positions, (world.cells,) * 3, 2)
-    free = room(world.obstacle.distance(cells.coordinates + 0.5))
+    free = free_share(world.obstacle.distance(cells.coordinates + 0.5))
     share = open_share(cells.coordinates, world.obstacle)
     fullness = (volume_share(liquid.particles, cells) / np.maximum(free, 0.2))[: cells.liquid]
     enclosed = enclosed_cells(cells, share) & (free[: cells.liquid] > 0.2)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from liquid_splash_addon.core.fluid.sheets import SPACING
+from liquid_splash_addon.core.fluid.sheets import PARTICLE_SPACING
 
 from .obstacles import Obstacle, load_obstacle
 
@@ -57,8 +57,8 @@ class Streamlet:
         scale, from which sheets tear at random.
         """
         radius, length = self.radius / spacing, self.length / spacing
-        rings = max(round(radius / SPACING), 1)
-        layers = max(round(length / SPACING), 1)
+        rings = max(round(radius / PARTICLE_SPACING), 1)
+        layers = max(round(length / PARTICLE_SPACING), 1)
         first = side_direction(self.direction, 0.0)
         second = np.cross(self.direction, first)
         depth = (np.arange(layers) + 0.5) * length / layers

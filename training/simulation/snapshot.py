@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from liquid_splash_addon.core.fluid.surface import BAND, particle_level, redistance
+from liquid_splash_addon.core.fluid.surface import DISTANCE_BAND, particle_level, redistance
 from liquid_splash_addon.core.fluid.transfer import sample
 
 from ..data.frames import StoredFrame, near_blocks, pack_distance, pack_velocity
@@ -16,7 +16,7 @@ from .stepping import Liquid, World, flow
 DROPLET = 1.0
 """Cells^3 of the stored grid: a connected piece of liquid with less is a droplet, not a surface."""
 
-MARGIN = int(BAND) + 2
+MARGIN = int(DISTANCE_BAND) + 2
 """Cells of air around the liquid in a frame, and layers of air cells with a velocity."""
 
 

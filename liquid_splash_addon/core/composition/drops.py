@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finished liquid in drawing units: its mesh and the drops that fly free."""
+"""A finished liquid in drawing units: its mesh and its free drops."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Drops(NamedTuple):
     ----------
     positions, velocities : float32 ``(n, 3)``
     radii : float32 ``(n,)``
-    meshed : bool ``(n,)``, which of them the splash's mesh holds
+    meshed : bool ``(n,)``, which of them are in the splash's mesh
     """
 
     positions: np.ndarray
@@ -31,7 +31,7 @@ class Drops(NamedTuple):
 
 
 def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
-    """Return free drops in local metres as ones in drawing units."""
+    """Convert free drops from local metres to drawing units."""
     return Drops(
         frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
         frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
@@ -41,7 +41,7 @@ def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
 
 
 def mesh_to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
-    """Return a mesh in local metres as one in drawing units."""
+    """Convert a mesh from local metres to drawing units."""
     vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
     velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
     return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several splashes, their copies and obstacles evaluated as one model, as often as it changes."""
+"""Several splashes, their copies and obstacles, evaluated as one model whenever it changes."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
-from ..obstacles.obstacles import Obstacle, depth_of_points, digest
+from ..obstacles.obstacles import Obstacle, digest, outside_obstacles
+from ..progress import Report, silent
 from ..refinement.drop_meshes import DropCloud
 from ..refinement.settings import WaveSettings
 from ..refinement.waves import WaveMesh, prepare, propagate, wave_edge
@@ -22,9 +22,6 @@ from .placement import Placed, mirrored, radial
 from .sparse_blocks import Blocks
 from .union import MOST_MEMORY, compose
 
-if TYPE_CHECKING:
-    from ..progress import Report
-
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
@@ -34,7 +31,7 @@ class Part:
 
     Attributes
     ----------
-    name : what tells its liquid and drops from any others, wherever they are
+    name : key of its liquid and drops, different for different ones, wherever they are placed
     placed : the liquid without its drops
     cloud : the drops that fly free of it, local metres
     """
@@ -61,9 +58,9 @@ class Composed:
 
 
 def copies(parts: Sequence[Part], settings: ModelSettings) -> list[Part]:
-    """Return the parts with their mirror images, and all of them around the axis.
+    """Return the parts with their mirror images, and the copies of all of these around the axis.
 
-    Mirrors and axis go through the drawing's origin. Raises CompositionError.
+    Mirror planes and axis pass through the origin of the drawing. Raises CompositionError.
     """
     places = [part.placed for part in parts]
     for axis, wanted in zip(AXES.values(), settings.mirrors, strict=True):
@@ -75,10 +72,10 @@ def copies(parts: Sequence[Part], settings: ModelSettings) -> list[Part]:
 
 
 class Composer:
-    """Composes one model, keeping what the next change does not touch."""
+    """Composes one model, and keeps the results that the next change does not affect."""
 
     def __init__(self, most_memory: int = MOST_MEMORY) -> None:
-        """Take the bytes that a model may need."""
+        """Take the most bytes that a model may need."""
         self.most_memory = most_memory
         self._blocks: tuple[Hashable, Blocks] | None = None
         self._carved: tuple[Hashable, Blocks, Mesh] | None = None
@@ -93,13 +90,14 @@ class Composer:
         offset: float = 0.0,
         report: Report | None = None,
     ) -> Composed:
-        """Return the model.
+        """Return the finished model.
 
         waves : on the joint surface, in metres of the finest part. obstacles : in drawing units,
-        carved out of the joint liquid with ``offset`` cells of air. report : may raise.
-        Raises CompositionError (no part, no liquid, too much memory), ObstacleError.
+        carved out of the joint liquid with ``offset`` cells of air around them. Raises
+        CompositionError (no part, no liquid, too much memory), ObstacleError if obstacles leave
+        no liquid, and whatever ``report`` raises.
         """
-        report = report or (lambda stage, share: None)
+        report = report or silent
         everyone = copies(parts, settings)
         shape = (tuple((part.name, place_of(part.placed.frame)) for part in everyone),
                  settings.blend)  # fmt: skip
@@ -144,7 +142,7 @@ class Composer:
     def _waved(
         self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings
     ) -> tuple[Mesh, list[str]]:
-        """Return the mesh with waves, which are measured in the local metres of ``part``."""
+        """Return the mesh with waves in the local metres of ``part``, and warnings."""
         scale, spacing = np.float32(part.frame.scale), part.liquid.grid.spacing
         metres = replace(mesh, vertices=mesh.vertices * scale)
         edge = wave_edge(metres, settings, spacing)
@@ -155,22 +153,22 @@ class Composer:
 
 
 def finest(parts: Sequence[Part]) -> Placed:
-    """Return the part whose cells are the smallest in the drawing: they are the model's."""
+    """Return the part with the smallest cells in the drawing, which are also the model's."""
     return min((part.placed for part in parts), key=lambda placed: placed.cell)
 
 
 def place_of(frame: Frame) -> Hashable:
-    """Return what tells a frame from any other."""
+    """Return a key of a frame, different for different ones."""
     return frame.axes.tobytes(), frame.centre.tobytes(), frame.scale
 
 
 def free_drops(
     parts: Sequence[Part], blocks: Blocks, obstacles: Sequence[Obstacle], offset: float
 ) -> tuple[Drops, Mesh]:
-    """Return the drops of all parts that still fly free, and their surfaces, in drawing units.
+    """Return the drops of all parts that fly free in the model, and their surfaces, drawing units.
 
-    Gone are those in the liquid of another part, in an obstacle, or in a drop of a part before
-    (a splash that was joined with itself, or that stands across a mirror).
+    Drops in the model's liquid, in an obstacle or in a drop of an earlier part are left out (those
+    of a splash that was joined with itself, or that lies across a mirror plane).
     """
     nothing = np.zeros((0, 3), dtype=np.float32)
     found = Drops(nothing, nothing, nothing[:, 0], np.zeros(0, dtype=bool))
@@ -179,7 +177,7 @@ def free_drops(
         frame = part.placed.frame
         drops = drops_to_drawing(part.cloud, frame)
         kept = blocks.level_at(drops.positions) > 0
-        kept &= clear_of_obstacles(drops.positions, blocks.grid.spacing, obstacles, offset)
+        kept &= outside_obstacles(drops.positions, obstacles, blocks.grid.spacing, offset)
         kept &= clear_of_drops(drops, found)
         mesh = mesh_to_drawing(part.cloud.only(kept).mesh, frame)
         if np.linalg.det(frame.axes) < 0:
@@ -189,18 +187,8 @@ def free_drops(
     return found, balls
 
 
-def clear_of_obstacles(
-    points: np.ndarray, cell: float, obstacles: Sequence[Obstacle], offset: float
-) -> np.ndarray:
-    """Return which of ``points`` ``(n, 3)`` are more than ``offset`` cells from all obstacles."""
-    clear = np.ones(len(points), dtype=bool)
-    for obstacle in obstacles if len(points) else ():
-        clear &= depth_of_points(obstacle, points, cell, offset + 1)[0] > offset
-    return clear
-
-
 def clear_of_drops(drops: Drops, others: Drops) -> np.ndarray:
-    """Return which of the drops do not touch the nearest of ``others``."""
+    """Return which drops do not touch the nearest of ``others``."""
     if not len(drops.radii) or not len(others.radii):
         return np.ones(len(drops.radii), dtype=bool)
     from scipy.spatial import cKDTree

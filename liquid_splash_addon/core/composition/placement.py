@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the splashes of a composition are, and their mirrored and turned copies."""
+"""Where the splashes of a composition are, and their mirrored and rotated copies."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class CompositionError(ValueError):
 
 @dataclass(frozen=True)
 class Placed:
-    """A splash and where it is.
+    """A splash and its place in the drawing.
 
     Attributes
     ----------
     liquid : in local metres
     frame : of the local box in the drawing; its axes may be mirrored (determinant -1)
-    mesh : surface to unite, in local metres, closed, parts may overlap (drops on the splash);
-        None takes the liquid's own
+    mesh : surface to join, in local metres, closed; its parts may overlap (drops on the splash).
+        None stands for the liquid's own surface
     """
 
     liquid: LevelSet
@@ -41,7 +41,7 @@ class Placed:
         return self.liquid.grid.spacing / self.frame.scale
 
     def moved(self, turn: np.ndarray, point: np.ndarray) -> Placed:
-        """Return the splash turned or mirrored by ``turn`` ``(3, 3)``, orthogonal, at ``point``."""
+        """Return the splash rotated or mirrored about ``point``; turn : orthogonal ``(3, 3)``."""
         centre = turn @ (self.frame.centre - point) + point
         return replace(self, frame=Frame(self.frame.axes @ turn.T, centre, self.frame.scale))
 
@@ -53,7 +53,7 @@ def mirrored(
 ) -> list[Placed]:
     """Return the splashes and their mirror images.
 
-    normal, point : of the mirror, in the drawing. CompositionError for a normal of length 0.
+    normal, point : of the mirror plane, in the drawing. CompositionError for a normal of length 0.
     """
     n = unit(normal, "The mirror's normal")
     turn = np.eye(3) - 2 * np.outer(n, n)
@@ -66,10 +66,10 @@ def radial(
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     point: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> list[Placed]:
-    """Return ``count`` copies of the splashes, evenly around an axis, the first where they are.
+    """Return ``count`` copies of the splashes, evenly around an axis; the first are unmoved.
 
-    axis, point : of the axis, in the drawing. CompositionError for an axis of length 0 or a
-    count outside 1..MOST_COPIES.
+    axis, point : direction and a point of the axis, in the drawing. CompositionError for an axis
+    of length 0 or a count outside 1..MOST_COPIES.
     """
     if not 1 <= count <= MOST_COPIES:
         raise CompositionError(f"Radial symmetry takes 1 to {MOST_COPIES} copies, not {count}")
@@ -87,7 +87,7 @@ def radial(
 
 
 def unit(vector: Sequence[float], name: str) -> np.ndarray:
-    """Return the vector at length 1; CompositionError, with its name, if it has none."""
+    """Return the vector scaled to length 1; CompositionError, with its name, if that is 0."""
     length = float(np.linalg.norm(vector))
     if not 0 < length < np.inf:
         raise CompositionError(f"{name} has no direction: choose one that is not zero")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A liquid kept in blocks, only where there is some; and its surface."""
+"""A liquid stored in blocks, only where there is any, and its surface."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from ..grid import Grid
 from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import taubin_smoothed
+from ..numeric.trilinear import corner_weight
 from ..obstacles.obstacles import (
-    BAND,
+    OBSTACLE_BAND,
     SWALLOWED,
     Clearance,
     Obstacle,
@@ -27,8 +28,9 @@ from ..obstacles.obstacles import (
 SIDE = 32
 """Cells along each side of a block."""
 
-SHARP = 1e-3
-"""Least size of a level, in cells: a vertex in a cell's very centre would lie on several edges."""
+LEAST_LEVEL = 1e-3
+"""Least absolute level, in cells: a vertex exactly in the centre of a cell would lie on several
+edges of the grid."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,10 @@ class Blocks:
     Attributes
     ----------
     level : float32 ``(n, SIDE, SIDE, SIDE)``, cells, negative in the liquid
-    velocity : float32 ``(n, 3, SIDE, SIDE, SIDE)``, units per second
-    starts : int64 ``(n, 3)``, the first cell of each block, multiples of SIDE
-    grid : the whole box, in drawing units; its sides are multiples of SIDE cells
-    air : level where there is no block
+    velocity : float32 ``(n, 3, SIDE, SIDE, SIDE)``, drawing units per second
+    starts : int64 ``(n, 3)``, first cell of each block, multiples of SIDE
+    grid : the whole box, in drawing units, with a multiple of SIDE cells along each axis
+    air : level outside the blocks
     """
 
     level: np.ndarray
@@ -51,13 +53,13 @@ class Blocks:
     air: float
 
     def table(self) -> np.ndarray:
-        """Return the number of the block at each place, -1 for none; with one more at each end."""
+        """Return the number of the block at each place, -1 for none, padded by one at each end."""
         table = np.full([n // SIDE + 2 for n in self.grid.shape], -1, dtype=np.int32)
         table[tuple((self.starts // SIDE + 1).T)] = np.arange(len(self.starts))
         return table
 
     def whole(self) -> LevelSet:
-        """Return the liquid on the whole grid: needs 16 bytes for every cell of it."""
+        """Return the liquid on the whole grid: takes 16 bytes for every cell of it."""
         level = np.full(self.grid.shape, np.float32(self.air))
         velocity = np.zeros((3, *self.grid.shape), dtype=np.float32)
         for n, start in enumerate(self.starts):
@@ -66,12 +68,15 @@ class Blocks:
         return LevelSet(level, velocity, self.grid)
 
     def carved(self, obstacles: Sequence[Obstacle], offset: float = 0.0) -> Blocks:
-        """Return the liquid outside the obstacles; see :func:`obstacles.carve`."""
+        """Return the liquid outside the obstacles, see :func:`~..obstacles.obstacles.carve`.
+
+        Raises ObstacleError if no liquid is left.
+        """
         if not obstacles:
             return self
         level, velocity = self.level.copy(), self.velocity.copy()
         for n, start in enumerate(self.starts):
-            near = self.block_clearance(obstacles, start, BAND + offset)
+            near = self.block_clearance(obstacles, start, OBSTACLE_BAND + offset)
             if near is not None:
                 level[n] = carved_level(level[n], near, offset)
                 velocity[n] = tangential(velocity[n], near, offset)
@@ -82,7 +87,7 @@ class Blocks:
     def block_clearance(
         self, obstacles: Sequence[Obstacle], start: np.ndarray, band: float
     ) -> Clearance | None:
-        """Return the distance to the obstacles in a block; None if they are all far away."""
+        """Return the distance to the obstacles in a block; None if all are too far away."""
         margin = int(np.ceil(band))
         x, y, z = (int(s) - margin for s in start)
         grid = self.grid.crop((x, y, z), (SIDE + 2 * margin,) * 3)
@@ -106,8 +111,8 @@ class Blocks:
     def mesh(self) -> Mesh:
         """Return the liquid's surface in drawing units: closed, normals outward.
 
-        Blocks are meshed one by one. They share the values on their common sides, so that
-        their surfaces meet, and vertices there are made one.
+        Blocks are meshed one by one. They share the values on their common sides, so that their
+        surfaces meet, and vertices there are merged.
         """
         vertices, faces = self.marched()
         if not len(faces):
@@ -119,7 +124,7 @@ class Blocks:
         return Mesh(points, faces.astype(np.int32), velocities)
 
     def marched(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return vertices ``(n, 3)`` in cells, centres at whole numbers, and faces ``(m, 3)``."""
+        """Return vertices ``(n, 3)`` in cells (centres at whole numbers) and faces ``(m, 3)``."""
         from skimage.measure import marching_cubes
 
         table = self.table()
@@ -128,17 +133,17 @@ class Blocks:
             level = self.level_with_sides(n, table)
             if (level < 0).all() or (level > 0).all():
                 continue
-            # "descent": as in meshing, the liquid lies below the level.
+            # "descent" because the liquid lies below the level: normals then point outward.
             found, triangles, _, _ = marching_cubes(level, 0.0, gradient_direction="descent")
             points.append(found + start.astype(np.float64))
             faces.append(triangles + count)
             count += len(found)
-        return joined(np.concatenate(points), np.concatenate(faces))
+        return with_shared_vertices(np.concatenate(points), np.concatenate(faces))
 
     def level_with_sides(self, n: int, table: np.ndarray) -> np.ndarray:
-        """Return the level of block n and the first cells of those after it, ``(SIDE + 1,) * 3``.
+        """Return the level of block n and the first cells of the next blocks, ``(SIDE + 1,) * 3``.
 
-        No value is nearer to zero than SHARP.
+        No value is nearer to zero than LEAST_LEVEL.
         """
         level = np.full((SIDE + 1,) * 3, np.float32(self.air))
         i, j, k = self.starts[n] // SIDE + 1
@@ -150,20 +155,20 @@ class Blocks:
                         to = tuple(slice(SIDE, None) if s else slice(SIDE) for s in (a, b, c))
                         of = tuple(slice(1) if s else slice(None) for s in (a, b, c))
                         level[to] = self.level[other][of]
-        small = np.abs(level) < SHARP
-        level[small] = np.where(level[small] < 0, np.float32(-SHARP), np.float32(SHARP))
+        small = np.abs(level) < LEAST_LEVEL
+        level[small] = np.where(level[small] < 0, np.float32(-LEAST_LEVEL), np.float32(LEAST_LEVEL))
         return level
 
 
-def joined(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mesh of marching cubes with vertices on the same edge of the grid made one.
+def with_shared_vertices(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mesh of marching cubes with vertices on the same edge of the grid merged.
 
-    points : ``(n, 3)``, cell centres at whole numbers, so that two coordinates of a vertex are
-    whole, but for those inside a cube, which are alone.
+    points : ``(n, 3)``, with cell centres at whole numbers, so that two coordinates of a vertex are
+    whole, except for vertices inside a cube, which belong to it alone.
     """
     if not len(points):
         return points, faces
-    whole = np.abs(points - np.round(points)) < SHARP / 20
+    whole = np.abs(points - np.round(points)) < LEAST_LEVEL / 20
     base = np.where(whole, np.round(points), np.floor(points)).astype(np.int64)
     base -= base.min(axis=0)
     size = base.max(axis=0) + 1
@@ -177,7 +182,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 @njit(cache=True)
 def _sample(velocity, table, cells, result):
-    """Sample the velocity at points (cells, centres at whole numbers) trilinearly."""
+    """Add the velocity at points (cells, centres at whole numbers) to ``result``, trilinearly."""
     for p in range(len(cells)):
         low = np.floor(cells[p]).astype(np.int64)
         share = cells[p] - low
@@ -186,10 +191,6 @@ def _sample(velocity, table, cells, result):
             i, j, k = low[0] + a, low[1] + b, low[2] + c
             n = table[i // SIDE + 1, j // SIDE + 1, k // SIDE + 1]
             if n >= 0:
-                weight = (
-                    (share[0] if a else 1 - share[0])
-                    * (share[1] if b else 1 - share[1])
-                    * (share[2] if c else 1 - share[2])
-                )
+                weight = corner_weight(share[0], share[1], share[2], a, b, c)
                 for axis in range(3):
                     result[p, axis] += weight * velocity[n, axis, i % SIDE, j % SIDE, k % SIDE]

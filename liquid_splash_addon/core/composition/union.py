@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several placed splashes become one liquid (paper, Figs. 1 and 13)."""
+"""Several placed splashes joined into one liquid (paper, Figs. 1 and 13)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from ..liquid.fields import AIR
 from ..liquid.smooth_csg import smooth_union
 from ..mesh.marching_cubes import level_surface
 from ..mesh.mesh import Mesh
-from ..mesh.signed_distance import EXACT, bounds_of, distance_on_grid, relevant, winding_on_grid
+from ..mesh.signed_distance import (
+    EXACT,
+    bounds_of,
+    deciding_triangles,
+    distance_on_grid,
+    winding_on_grid,
+)
+from ..numeric.trilinear import components_at
 from ..progress import Report
 from ..sketch.local_frame import Frame
 from .placement import CompositionError, Placed
@@ -24,21 +31,23 @@ MOST_MEMORY = 2 << 30
 """Bytes that a composition may take by default."""
 
 MOST_PLACES = 20_000_000
-"""Blocks that the box around a composition may hold, full or empty: its table takes 80 MB."""
+"""Blocks, full or empty, that the box around a composition may hold: its table then takes 80 MB."""
 
 CELL_BYTES = 16
-"""Level and velocity of one cell."""
+"""Bytes of the level and velocity of one cell."""
 
-PREFERENCE = 1.5
-"""How fast, per cell of depth, the deeper of two splashes decides about the velocity: e^1.5."""
+DEPTH_WEIGHT = 1.5
+"""Exponent, per cell of depth, of a splash's weight in the velocity: e^1.5 for each cell deeper."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The surface of a placed splash in cells of the composition, centres at whole numbers.
+    """The surface of a placed splash in cells of the composition, with centres at whole numbers.
 
-    triangles : float64 ``(m, 3, 3)``, seen from outside counter-clockwise
-    bounds : least and greatest coordinates of each, ``(m, 3)`` each
+    Attributes
+    ----------
+    triangles : float64 ``(m, 3, 3)``, counter-clockwise seen from outside
+    bounds : least and greatest coordinates of each triangle, ``(m, 3)`` each
     blocks : int64 ``(b, 3)``, blocks (in units of SIDE cells) that hold liquid or are near it
     """
 
@@ -56,15 +65,16 @@ def compose(
 ) -> Blocks:
     """Return one liquid made of all the splashes, on a grid along the drawing's axes.
 
-    The union is that of the splashes' own meshes, taken as exact signed distances, so a splash
-    looks the same however it is turned and whatever its cells are.
+    The splashes' own meshes are joined, as exact signed distances, so a splash looks the same
+    whatever its rotation and cell size.
 
     blend : width in cells of the smooth joint; the surface moves by a quarter of it at most, and
-    only where splashes are nearer than that to each other.
-    cell : edge of the cells in drawing units; None takes the finest splash's.
-    most_memory : bytes that the result may take. report : told of the share done; may raise.
+    only where splashes are closer to each other than that width.
+    cell : edge of the cells in drawing units; None for that of the finest splash.
+    most_memory : bytes that the result may take.
 
-    Raises CompositionError: no splash, none with liquid, too much memory.
+    Raises CompositionError (no splash, none with liquid, too much memory, too far apart, a width
+    or cell out of range) and whatever ``report`` raises.
     """
     if not parts:
         raise CompositionError("There is no splash to compose: draw or unhide one")
@@ -94,7 +104,7 @@ def compose(
         if report:
             report("Joining splashes", number / len(places))
         here = [m for m, blocks in enumerate(held) if tuple(place.tolist()) in blocks]
-        # Only where splashes may blend do distances beyond AIR count.
+        # Distances beyond AIR only count where splashes may blend.
         reach = band if len(here) > 1 else AIR
         levels = [block_level(shapes[m], place * SIDE, reach) for m in here]
         union = np.minimum(smooth_union(levels, blend), np.float32(AIR))
@@ -115,7 +125,7 @@ def add_velocities(
     place: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Fill the velocity ``(3, SIDE, SIDE, SIDE)`` of a block: the mean, by depth, of its parts'."""
+    """Fill the velocity ``(3, SIDE, SIDE, SIDE)`` of a block: its parts' mean by depth."""
     weights = np.full((SIDE,) * 3, 1e-9, dtype=np.float32)
     for part, level in zip(parts, levels, strict=True):
         _add_velocity(part.liquid.velocity, *to_local(part, cell, place), level, weights, velocity)
@@ -123,7 +133,7 @@ def add_velocities(
 
 
 def with_meshes(parts: Sequence[Placed]) -> list[tuple[Placed, Mesh]]:
-    """Return the splashes with their surfaces, made once for all copies of one."""
+    """Return the splashes with their surfaces, made only once for all copies of one."""
     made: dict[int, Mesh] = {}
     pairs = []
     for part in parts:
@@ -138,7 +148,7 @@ def with_meshes(parts: Sequence[Placed]) -> list[tuple[Placed, Mesh]]:
 
 
 def check_count(count: int, most: int) -> None:
-    """Raise CompositionError if there are too many blocks."""
+    """Raise CompositionError if there are more than ``most`` blocks."""
     if count > most:
         size = CELL_BYTES * SIDE**3 / 2**30
         raise CompositionError(
@@ -149,14 +159,14 @@ def check_count(count: int, most: int) -> None:
 
 
 def shape_of(mesh: Mesh, frame: Frame, cell: float, band: float, most: int) -> Shape:
-    """Return a splash's surface in cells; ``most`` bounds the number of its blocks."""
+    """Return a splash's surface in cells; CompositionError if it needs over ``most`` blocks."""
     corners = frame.points_to_drawing(mesh.vertices.astype(np.float64)) / cell - 0.5
     mirror = np.linalg.det(frame.axes) < 0
     triangles = corners[mesh.faces[:, ::-1] if mirror else mesh.faces]
     least, greatest = bounds_of(triangles)
     first = np.floor((least.min(axis=0) - band) / SIDE).astype(np.int64)
     counts = np.floor((greatest.max(axis=0) + band) / SIDE).astype(np.int64) + 1 - first
-    # A sheet fills few of the blocks of its box, but even a sheet fills some.
+    # Even a sheet fills a good share of n^(2/3) of the n blocks of its box: before these are made.
     check_count(int(np.prod(counts.astype(float)) ** (2 / 3) / 4), most)
     near = np.zeros(counts, dtype=np.bool_)
     _mark(least - band - first * SIDE, greatest + band - first * SIDE, near)
@@ -167,11 +177,11 @@ def shape_of(mesh: Mesh, frame: Frame, cell: float, band: float, most: int) -> S
 
 def block_level(shape: Shape, start: np.ndarray, band: float) -> np.ndarray:
     """Return the signed distance to a splash in the block at ``start``, clipped at +-``band``."""
-    # Distances beyond EXACT are handed on from cell to cell: also by cells outside the block.
+    # Distances beyond EXACT are passed on from cell to cell, also by cells outside the block.
     margin = int(np.ceil(band - EXACT)) + 1
     size = SIDE + 2 * margin
     corner = start - margin
-    chosen = relevant(*shape.bounds, corner - EXACT, corner + size + EXACT)
+    chosen = deciding_triangles(*shape.bounds, corner - EXACT, corner + size + EXACT)
     triangles = shape.triangles[chosen] - corner
     distance = distance_on_grid(triangles, (size,) * 3, band)
     inside = winding_on_grid(triangles, (size,) * 3) != 0
@@ -182,11 +192,11 @@ def block_level(shape: Shape, start: np.ndarray, band: float) -> np.ndarray:
 def to_local(
     part: Placed, cell: float, place: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return matrix and shift from a block's cells to the splash's, and that of velocities back."""
+    """Return matrix and shift from a block's cells to the splash's, and velocities' matrix back."""
     frame, grid = part.frame, part.liquid.grid
     matrix = frame.axes * (frame.scale * cell / grid.spacing)
     first = frame.points_to_local((place * SIDE + 0.5) * cell)
-    return matrix, grid.to_cells(first) - 0.5, frame.axes.T / frame.scale
+    return matrix, grid.to_cells(first), frame.axes.T / frame.scale
 
 
 @njit(cache=True)
@@ -202,29 +212,16 @@ def _mark(least, greatest, near):
 @njit(cache=True, fastmath=True)
 def _add_velocity(field, matrix, shift, turn, level, weights, velocity):
     """Add a splash's velocity times a weight that grows with the depth in it."""
-    shape = field.shape
-    at, low, sampled = np.empty(3), np.empty(3, np.int64), np.empty(3)
+    at, sampled = np.empty(3), np.empty(3)
     for i in range(SIDE):
         for j in range(SIDE):
             for k in range(SIDE):
                 if level[i, j, k] >= AIR:
                     continue
                 for a in range(3):
-                    x = matrix[a, 0] * i + matrix[a, 1] * j + matrix[a, 2] * k + shift[a]
-                    x = min(max(x, 0.0), shape[a + 1] - 1.0)
-                    low[a] = min(np.int64(x), shape[a + 1] - 2)
-                    at[a] = x - low[a]
-                sampled[:] = 0.0
-                for corner in range(8):
-                    a, b, c = corner >> 2, corner >> 1 & 1, corner & 1
-                    share = (
-                        (at[0] if a else 1 - at[0])
-                        * (at[1] if b else 1 - at[1])
-                        * (at[2] if c else 1 - at[2])
-                    )
-                    for n in range(3):
-                        sampled[n] += share * field[n, low[0] + a, low[1] + b, low[2] + c]
-                weight = np.exp(-PREFERENCE * level[i, j, k])
+                    at[a] = matrix[a, 0] * i + matrix[a, 1] * j + matrix[a, 2] * k + shift[a]
+                components_at(field, at[0], at[1], at[2], sampled)
+                weight = np.exp(-DEPTH_WEIGHT * level[i, j, k])
                 weights[i, j, k] += weight
                 for n in range(3):
                     velocity[n, i, j, k] += weight * (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Move points through a velocity field."""
+"""Points moved through a velocity field."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .transfer import load_stencil, sample_face
 def advect(
     positions: np.ndarray, velocities: np.ndarray, cells: Cells, faces: np.ndarray, dt: float
 ) -> np.ndarray:
-    """Return ``positions`` moved by ``dt`` seconds along ``faces``, midpoint rule (RK2).
+    """Return ``positions`` moved along ``faces`` for ``dt`` seconds by the midpoint rule (RK2).
 
     positions : float32 ``(n, 3)`` in cells, sorted by cell for speed; velocities : ``(n, 3)``,
-    those of ``faces`` there; faces : ``(cells, 3)`` cells per second, extrapolated further than
-    a particle moves in ``dt / 2``.
+    those of ``faces`` at the positions; faces : ``(cells, 3)``, cells per second, extrapolated
+    farther than a particle moves in ``dt / 2``.
     """
     out = np.empty_like(positions)
     _midpoint(positions, velocities, cells.table, cells.leaves, faces, np.float32(dt), out)

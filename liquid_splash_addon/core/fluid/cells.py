@@ -8,17 +8,19 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import counting_sort
+
 BLOCK = 8
 """Cells along each side of a block, the leaf of the two-level table."""
 
 
 class Cells(NamedTuple):
-    """Active cells of a box. The first ``liquid`` of them hold particles, the rest are air.
+    """Active cells of a box: the first ``liquid`` of them hold particles, the others are air.
 
     Attributes
     ----------
     table : int32 ``(BX, BY, BZ)``, row of ``leaves`` of each block, -1 where none is active
-    leaves : int32 ``(blocks, 8, 8, 8)``, number of each cell, -1 where it is not active
+    leaves : int32 ``(blocks, 8, 8, 8)``, number of each cell, -1 if it is not active
     coordinates : int32 ``(n, 3)``, position of each active cell in the box
     neighbours : int32 ``(n, 6)``, numbers of the cells at -x, +x, -y, +y, -z, +z; -1 if inactive
     liquid : how many cells hold liquid
@@ -34,8 +36,8 @@ class Cells(NamedTuple):
 def activate(positions: np.ndarray, shape: tuple[int, int, int], layers: int = 3) -> Cells:
     """Return the cells that hold particles and ``layers`` layers of air cells around them.
 
-    positions : float32 ``(n, 3)`` in cells, all inside the box and at least ``layers`` + 1
-    cells away from its walls. The first layer grows over all 26 neighbours, the others over 6.
+    positions : float32 ``(n, 3)`` in cells, all at least ``layers`` + 1 cells inside the box of
+    ``shape`` cells. The first layer grows over all 26 neighbours, the others over 6.
     """
     table = np.full([-(-n // BLOCK) for n in shape], -1, dtype=np.int32)
     blocks = _number_blocks(positions, table, layers + 1)
@@ -113,7 +115,7 @@ def _number_liquid(table, leaves, index):
 def _grow(table, leaves, index, liquid, layers):
     start, count = 0, liquid
     for layer in range(layers):
-        # Transfer needs all 26 neighbours of liquid; beyond, faces do, and spray stays cheap.
+        # Transfer needs all 26 neighbours of liquid; beyond, 6 are enough and keep spray cheap.
         furthest = 3 if layer == 0 else 1
         end = count
         for c in range(start, end):
@@ -149,24 +151,18 @@ def _find_neighbours(table, leaves, index):
 def sort_by_cell(positions: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return the order that puts particles of one cell next to each other, and counts.
 
-    Order is int64 ``(n,)``; counts, int64 ``(liquid,)``, says how many particles each cell has.
+    Order is int32 ``(n,)``; counts, int32 ``(liquid,)``, says how many particles each cell has.
     """
-    return _counting_sort(positions, cells.table, cells.leaves, cells.liquid)
+    home = _homes(positions, cells.table, cells.leaves)
+    order, first = counting_sort(home, cells.liquid)
+    return order, np.diff(first)
 
 
 @njit(cache=True)
-def _counting_sort(positions, table, leaves, liquid):
+def _homes(positions, table, leaves):
+    """Return the number of the cell that holds each particle, int32 ``(n,)``."""
     home = np.empty(len(positions), dtype=np.int32)
-    starts = np.zeros(liquid + 1, dtype=np.int64)
     for p in range(len(positions)):
         i, j, k = int(positions[p, 0]), int(positions[p, 1]), int(positions[p, 2])
         home[p] = leaves[table[i >> 3, j >> 3, k >> 3], i & 7, j & 7, k & 7]
-        starts[home[p] + 1] += 1
-    for c in range(liquid):
-        starts[c + 1] += starts[c]
-    counts = starts[1:] - starts[:-1]
-    order = np.empty(len(positions), dtype=np.int64)
-    for p in range(len(positions)):
-        order[starts[home[p]]] = p
-        starts[home[p]] += 1
-    return order, counts
+    return home

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How full cells are, so that particles that crowd can be spread apart again."""
+"""How full cells are, so that crowded particles can be spread apart again."""
 
 from __future__ import annotations
 
@@ -10,37 +10,38 @@ from .cells import Cells
 from .particles import Particles
 from .transfer import face_corner, load_stencil
 
-LEAST_ROOM = 0.125
-"""Share of a cell's surroundings below which solids leave too little room to judge crowding."""
+LEAST_FREE_SHARE = 0.125
+"""Free share of a cell's surroundings below which solids leave too little to judge crowding by."""
 
-RELAXATION = 0.5
-"""Share of the crowding that one step undoes."""
+CROWDING_RELAXATION = 0.5
+"""Share of the crowding that one step removes."""
 
-MOST = 0.5
-"""Crowding beyond this is undone over several steps."""
+MOST_CROWDING = 0.5
+"""Crowding beyond this is removed over several steps."""
 
-
-NOISE = 0.15
-"""Crowding at a surface that is put down to chance."""
+CROWDING_NOISE = 0.15
+"""Crowding at a surface that is attributed to chance."""
 
 
 def crowding(
     particles: Particles, cells: Cells, solid_distance: np.ndarray, open_share: np.ndarray
 ) -> np.ndarray:
-    """Return what each liquid cell holds too much, in shares of a cell ``(liquid,)``.
+    """Return the excess of liquid in each liquid cell, in cell volumes, float32 ``(liquid,)``.
 
-    Positive where particles crowd; negative, where they are too far apart, only in cells with
-    liquid or solids all around: at a surface a cell may well be half empty.
+    Positive where particles crowd. Negative, where they are too far apart, only in cells with
+    liquid or solids on all sides: at a surface a cell may well be half empty.
 
-    solid_distance : ``(cells,)`` signed distance of the solids at the cells' centres, cells;
-    open_share : ``(cells, 3)``.
+    solid_distance : ``(cells,)``, signed distance to the solids at the cells' centres, cells;
+    open_share : ``(cells, 3)``, part of each face that is not solid, 0..1.
     """
-    full = volume_share(particles, cells) / np.maximum(room(solid_distance), LEAST_ROOM)
+    full = volume_share(particles, cells) / np.maximum(free_share(solid_distance), LEAST_FREE_SHARE)
     excess = full[: cells.liquid] - 1
     inner = enclosed_cells(cells, open_share)
-    # Rectified noise would blow the surface up: a little crowding there is none.
-    excess = np.where(inner, excess, np.maximum(excess - NOISE, 0))
-    return np.asarray(RELAXATION * np.clip(excess, -MOST, MOST), dtype=np.float32)
+    # Rectified noise would inflate the surface, so a little crowding there does not count.
+    excess = np.where(inner, excess, np.maximum(excess - CROWDING_NOISE, 0))
+    return np.asarray(
+        CROWDING_RELAXATION * np.clip(excess, -MOST_CROWDING, MOST_CROWDING), dtype=np.float32
+    )
 
 
 def enclosed_cells(cells: Cells, open_share: np.ndarray) -> np.ndarray:
@@ -59,19 +60,20 @@ def _enclosed(neighbours, open_share, liquid):
     return out
 
 
-def room(solid_distance: np.ndarray) -> np.ndarray:
-    """Return which share of the weights around a cell's centre a flat wall leaves free.
+def free_share(solid_distance: np.ndarray) -> np.ndarray:
+    """Return the share of the weight around cell centres that a flat wall leaves free, 0..1.
 
-    The weight falls linearly to 0 one cell away, as in :func:`volume_share`.
+    The weight falls linearly to 0 one cell away, as in :func:`volume_share`. solid_distance : in
+    cells, negative inside.
     """
     d = np.clip(solid_distance, -1, 1)
     return np.asarray(np.where(d > 0, 1 - (1 - d) ** 2 / 2, (1 + d) ** 2 / 2))
 
 
 def volume_share(particles: Particles, cells: Cells) -> np.ndarray:
-    """Return the volume of liquid around each cell's centre, ``(cells,)``, 1 where it is full.
+    """Return the volume of liquid around each cell's centre, float32 ``(cells,)``, 1 if full.
 
-    Particles weigh linearly (1 at the centre, 0 a cell away).
+    The weight of a particle falls linearly from 1 at the centre to 0 a cell away.
     """
     out = np.zeros(len(cells.coordinates), dtype=np.float32)
     _deposit(particles.positions, particles.volumes, cells.table, cells.leaves, out)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Carry face velocities from the liquid into the air around it."""
+"""Face velocities carried from the liquid into the air around it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from .cells import Cells
 
 
 def valid_faces(cells: Cells, open_share: np.ndarray) -> np.ndarray:
-    """Return bool ``(cells, 3)``: faces that touch liquid and are not closed by a solid.
+    """Return which faces touch liquid and are not closed by a solid, bool ``(cells, 3)``.
 
-    open_share : ``(cells, 3)``, the part of each face that is not solid, 0..1.
+    open_share : ``(cells, 3)``, part of each face that is not solid, 0..1.
     """
     below = cells.neighbours[:, [0, 2, 4]]
     own = np.arange(len(cells.coordinates)) < cells.liquid
@@ -21,7 +21,7 @@ def valid_faces(cells: Cells, open_share: np.ndarray) -> np.ndarray:
 
 
 def extrapolate(faces: np.ndarray, valid: np.ndarray, cells: Cells, layers: int = 3) -> None:
-    """Fill faces that are not ``valid`` layer by layer with the mean of their known neighbours.
+    """Fill faces that are not ``valid``, layer by layer, with the mean of their known neighbours.
 
     faces : ``(cells, 3)``, changed in place; valid : bool ``(cells, 3)``. Faces farther than
     ``layers`` from a valid one become zero.
@@ -34,7 +34,7 @@ def extrapolate(faces: np.ndarray, valid: np.ndarray, cells: Cells, layers: int 
 
 @njit(cache=True)
 def _spread(faces, known_since, neighbours, layer):
-    # A face must not feed on another of the same layer, so each carries its layer's number.
+    # A face must not take over from another of its own layer, so each has its layer's number.
     for c in range(len(faces)):
         for axis in range(3):
             if known_since[c, axis] != 255:

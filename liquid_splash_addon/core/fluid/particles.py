@@ -10,16 +10,16 @@ from numba import njit
 
 
 class Particles(NamedTuple):
-    """Points that each stand for a small volume of liquid. All float32, lengths in cells.
+    """Points that each represent a small volume of liquid; float32, lengths in cells.
 
     Attributes
     ----------
     positions : ``(n, 3)``
     velocities : ``(n, 3)``, cells per second
     affine : ``(n, 3, 3)``, gradient of the velocity around each (APIC's C), 1/s
-    volumes : ``(n,)``, cells^3; transfer weighs particles by it
-    stretch : ``(n, 3, 3)``, left Cauchy-Green tensor: how far the liquid around each has been
-        drawn out since it was last evenly sampled (identity: not at all)
+    volumes : ``(n,)``, cells^3; transfer weights particles by it
+    stretch : ``(n, 3, 3)``, left Cauchy-Green tensor: how far the liquid around each particle has
+        been stretched since it was last evenly sampled (identity: not at all)
     """
 
     positions: np.ndarray
@@ -32,7 +32,7 @@ class Particles(NamedTuple):
     def moving(cls, positions: np.ndarray, velocity: np.ndarray, volume: float) -> Particles:
         """Return particles at ``positions`` ``(n, 3)`` that share one velocity ``(3,)``.
 
-        volume : of each, cells^3.
+        volume : of each particle, cells^3.
         """
         count = len(positions)
         return cls(
@@ -45,7 +45,7 @@ class Particles(NamedTuple):
 
     @classmethod
     def joined(cls, *parts: Particles) -> Particles:
-        """Return all particles of ``parts``, in their order."""
+        """Return the particles of all ``parts``, in their order."""
         return cls(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
     def speed_limit(self, share: float = 0.001) -> float:
@@ -57,7 +57,7 @@ class Particles(NamedTuple):
     def within(self, low: float, high: float) -> np.ndarray:
         """Return which particles have all coordinates between ``low`` and ``high``, bool ``(n,)``.
 
-        A position that is not a number is outside.
+        NaN counts as outside.
         """
         return np.asarray(_within(self.positions, np.float32(low), np.float32(high)))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a face velocity divergence-free in the liquid, with a free surface and solids."""
+"""Pressure that makes face velocities divergence-free, with a free surface and solids."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from numba import njit
 from .cells import Cells
 
 SEPARATION_PASSES = 2
-"""Rough solves, after each of which cells that a wall pulls at are let go."""
+"""Rough solves, after each of which cells that a wall would pull at are released."""
 
-ROUGH = 1e-2
-"""Residual at which a solution tells where walls pull."""
+ROUGH_RESIDUAL = 1e-2
+"""Residual at which a solution shows where walls pull."""
 
-
-PULL = 1e-4
+PULL_SHARE = 1e-4
 """A wall pulls where q is below minus this share of the largest |q|."""
 
 
@@ -26,10 +25,10 @@ class Poisson(NamedTuple):
 
     Attributes
     ----------
-    coefficients : ``(liquid, 6)`` open share towards liquid neighbours, 0 towards air and solids
-    diagonal : ``(liquid,)`` sum of the open shares
-    walled : ``(liquid,)`` whether a solid closes a part of the cell's faces
-    neighbours : ``(cells, 6)``
+    coefficients : ``(liquid, 6)``, open share towards liquid neighbours, 0 towards air and solids
+    diagonal : ``(liquid,)``, sum of the open shares
+    walled : ``(liquid,)``, whether a solid closes a part of the cell's faces
+    neighbours : ``(cells, 6)``, see :class:`~.cells.Cells`
     """
 
     coefficients: np.ndarray
@@ -48,18 +47,17 @@ class Poisson(NamedTuple):
     ) -> np.ndarray:
         """Return q ``(liquid,)`` with A q = ``rhs``, q = 0 in the air, by conjugate gradients.
 
-        The preconditioner is the diagonal: thin liquid needs few iterations. If
-        ``letting_go``, q is set to 0 where it would pull liquid at a wall (q < 0), and the
-        system is solved again: liquid may leave a solid.
+        The preconditioner is the diagonal: thin liquid needs few iterations.
 
-        rtol : residual over the initial residual, root mean square.
+        letting_go : set q to 0 where a wall would pull the liquid (q < 0), and solve again, so
+        that liquid may separate from a solid. rtol : residual over the right-hand side, RMS.
         """
         pinned = self.diagonal <= 0
         q = np.zeros(len(rhs), dtype=np.float32)
         for _ in range(SEPARATION_PASSES if letting_go else 0):
-            self._improve(q, rhs, pinned, max(ROUGH, rtol), maxiter)
-            # A threshold, so that rounding does not decide for cells in free flight (q = 0).
-            pulled = self.walled & (q < -PULL * np.abs(q).max(initial=0)) & ~pinned
+            self._improve(q, rhs, pinned, max(ROUGH_RESIDUAL, rtol), maxiter)
+            # A threshold, so that rounding does not decide about cells in free flight (q = 0).
+            pulled = self.walled & (q < -PULL_SHARE * np.abs(q).max(initial=0)) & ~pinned
             if not pulled.any():
                 break
             pinned |= pulled
@@ -85,8 +83,8 @@ def project(
     Solves ``div(s (u - grad q)) = 0`` in liquid cells for q = dt p / (rho h), with s the open
     share of each face. Closed faces are unchanged.
 
-    faces, open_share : float32 ``(cells, 3)``; outside : ``(cells,)`` q of the air cells (from
-    surface tension) instead of 0, cells^2/s.
+    faces : float32 ``(cells, 3)``, cells/s; open_share : float32 ``(cells, 3)``; outside :
+    ``(cells,)``, q of the air cells (from surface tension) instead of 0, cells^2/s.
     """
     rhs = _divergence(faces, cells.neighbours, open_share, cells.liquid)
     q = np.zeros(len(faces), dtype=np.float32)
@@ -102,10 +100,10 @@ def project(
 def spread_apart(
     crowding: np.ndarray, cells: Cells, open_share: np.ndarray, matrix: Poisson
 ) -> np.ndarray:
-    """Return displacements of the faces ``(cells, 3)``, in cells, that undo crowding.
+    """Return displacements of the faces ``(cells, 3)``, in cells, that remove crowding.
 
-    Their divergence in each liquid cell is ``crowding`` ``(liquid,)``, the volume in the cell
-    over the room for it, minus 1 (Kugelstadt et al. 2019, density projection).
+    Their divergence in each liquid cell is ``crowding`` ``(liquid,)``, see
+    :func:`.density.crowding` (Kugelstadt et al. 2019, density projection).
     """
     q = np.zeros(len(cells.coordinates), dtype=np.float32)
     q[: cells.liquid] = matrix.solve(crowding, letting_go=False, rtol=1e-2)
@@ -189,9 +187,7 @@ def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
     iteration = 0
     while rr > target and iteration < maxiter:
         curvature = _multiply(coefficients, diagonal, neighbours, pinned, d, q)
-        if (
-            curvature <= 0 or rz <= 0
-        ):  # rounding has eaten the direction: this is as good as it gets
+        if curvature <= 0 or rz <= 0:  # lost to rounding: this is the best there is
             break
         alpha = rz / curvature
         new, rr = 0.0, 0.0
@@ -212,7 +208,7 @@ def _solve(coefficients, diagonal, neighbours, rhs, pinned, x, rtol, maxiter):
 
 @njit(cache=True)
 def _add_outside(rhs, outside, neighbours, open_share):
-    """Add what the air's pressure gives to the right-hand side."""
+    """Add the pressure of the air to the right-hand side."""
     liquid = len(rhs)
     for c in range(liquid):
         for side in range(6):

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keep thin sheets evenly sampled: split particles where the flow draws them apart.
+"""Even sampling of thin sheets: particles are split where the flow draws them apart.
 
 Without it a sheet thinner than a cell tears into webs wherever particles happen to lie far
 apart. Each particle carries the stretch of the liquid around it (the left Cauchy-Green tensor,
-moved by APIC's velocity gradient). Where a cell holds too few particles and the stretch along
-one direction is large, the particle becomes two along it, each with half the volume: mass,
-momentum and the linear velocity field stay as they are. Where light particles crowd again, pairs
-are merged. Compare Ando, Thuerey and Tsuruno 2012, who insert by the positions of neighbours.
+advanced by APIC's velocity gradient). Where a cell holds too few particles and the stretch along
+one direction is large, a particle becomes two along it, each with half the volume: mass, momentum
+and the linear velocity field are preserved. Where light particles crowd again, pairs are merged.
+Compare Ando, Thuerey and Tsuruno 2012, who insert particles by the positions of neighbours.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from numba import njit
 from .cells import Cells, find
 from .particles import Particles
 
-FULL = 8
-"""Particles in a cell from which on it counts as evenly sampled."""
+EVEN_COUNT = 8
+"""Particles with which a cell counts as evenly sampled."""
 
-SPLIT = 1.5
-"""A particle is split when the liquid has been drawn out this many times along one axis."""
+SPLIT_STRETCH = 1.5
+"""A particle is split when the liquid has been stretched by this factor along one axis."""
 
-LEAST = 1 / 32
-"""Cells^3: no particle becomes smaller, a sheet thinner than this may tear."""
+LEAST_VOLUME = 1 / 32
+"""Cells^3. No particle becomes smaller; a sheet thinner than this may tear."""
 
-COMPANY = 5
-"""Particles in the 27 cells around a particle, itself included, below which it is spray, not
-a sheet, and left whole."""
+SHEET_COUNT = 5
+"""Particles in the 27 cells around a particle, itself included, from which it is part of a sheet;
+with fewer it is spray and left whole."""
 
-CROWD = 16
-"""Particles in a cell from which on light ones are merged in pairs."""
+MERGE_COUNT = 16
+"""Particles in a cell from which light ones are merged in pairs."""
 
-SPACING = 0.5
-"""Distance of particles in liquid that has not been stretched, cells: 8 a cell."""
+PARTICLE_SPACING = 0.5
+"""Distance of particles in unstretched liquid, cells: 8 particles in a cell."""
 
 
 def resample_sheets(
@@ -42,8 +42,8 @@ def resample_sheets(
 ) -> Particles:
     """Return the particles after ``dt`` seconds of stretch, split and merged where needed.
 
-    were : ``(n, 3)`` positions at the beginning of the step, sorted by cell; counts : int64
-    ``(liquid,)`` particles that each cell then had. Volume and momentum are kept.
+    were : ``(n, 3)``, positions at the beginning of the step, sorted by cell; counts : int
+    ``(liquid,)``, particles in each cell at that time. Volume and momentum are preserved.
     """
     grow_stretch(particles.stretch, particles.affine, np.float32(dt))
     axes = _axes_to_split(
@@ -57,7 +57,7 @@ def resample_sheets(
 
 @njit(cache=True, fastmath=True)
 def grow_stretch(stretch, affine, dt):
-    """Move B ``(n, 3, 3)`` by ``B <- (1 + dt C) B (1 + dt C)^T``, in place."""
+    """Advance B ``(n, 3, 3)`` by ``B <- (1 + dt C) B (1 + dt C)^T``, in place."""
     f = np.empty((3, 3), dtype=np.float32)
     t = np.empty((3, 3), dtype=np.float32)
     for p in range(len(stretch)):
@@ -79,29 +79,32 @@ def grow_stretch(stretch, affine, dt):
 
 @njit(cache=True)
 def _axes_to_split(positions, volumes, stretch, table, leaves, counts):
-    """Return ``(n, 3)``: the largest stretch times its direction where a particle is to be split.
+    """Return the largest stretch times its direction, ``(n, 3)``; 0 for particles not to be split.
 
-    Zero elsewhere. Where the sampling is even, the stretch is forgotten.
+    Where the sampling is even, the stretch is reset.
     """
     out = np.zeros((len(positions), 3), dtype=np.float32)
     for p in range(len(positions)):
         i, j, k = int(positions[p, 0]), int(positions[p, 1]), int(positions[p, 2])
-        if counts[find(table, leaves, i, j, k)] >= FULL:
+        if counts[find(table, leaves, i, j, k)] >= EVEN_COUNT:
             for a in range(3):
                 for b in range(3):
                     stretch[p, a, b] = 1.0 if a == b else 0.0
             continue
-        if volumes[p] < 2 * LEAST or _norm(stretch[p]) < SPLIT * SPLIT:
+        if volumes[p] < 2 * LEAST_VOLUME or _norm(stretch[p]) < SPLIT_STRETCH * SPLIT_STRETCH:
             continue
         square = largest_stretch(stretch[p], out[p])
-        if square < SPLIT * SPLIT or _company(table, leaves, counts, i, j, k) < COMPANY:
+        if (
+            square < SPLIT_STRETCH * SPLIT_STRETCH
+            or _particles_around(table, leaves, counts, i, j, k) < SHEET_COUNT
+        ):
             out[p] = 0.0
     return out
 
 
 @njit(cache=True, inline="always")
 def _norm(b):
-    """Return the Frobenius norm of ``(3, 3)``, which no eigenvalue exceeds."""
+    """Return the Frobenius norm of a ``(3, 3)`` matrix, which no eigenvalue exceeds."""
     square = b[0, 0] ** 2 + b[1, 1] ** 2 + b[2, 2] ** 2
     return np.sqrt(square + 2 * (b[0, 1] ** 2 + b[0, 2] ** 2 + b[1, 2] ** 2))
 
@@ -110,9 +113,9 @@ def _norm(b):
 def largest_stretch(b, axis):
     """Write the largest principal stretch of B ``(3, 3)`` times its direction into ``axis``.
 
-    Returns its square, the largest eigenvalue. By power iteration: the axis needs no precision.
+    Returns its square, the largest eigenvalue. By power iteration, as a rough axis will do.
     """
-    # B's largest column is never across the axis.
+    # B's largest column is never perpendicular to the axis.
     column = 0 if b[0, 0] >= max(b[1, 1], b[2, 2]) else 1 if b[1, 1] >= b[2, 2] else 2
     x, y, z = b[0, column], b[1, column], b[2, column]
     size = np.float32(1)
@@ -131,7 +134,7 @@ def largest_stretch(b, axis):
 
 
 @njit(cache=True)
-def _company(table, leaves, counts, i, j, k):
+def _particles_around(table, leaves, counts, i, j, k):
     """Return how many particles the 27 cells around (i, j, k) hold."""
     near = 0
     for a in range(-1, 2):
@@ -146,12 +149,12 @@ def _company(table, leaves, counts, i, j, k):
 def split(particles: Particles, which: np.ndarray, axes: np.ndarray) -> Particles:
     """Return the particles with those of ``which`` (numbers) halved along ``axes``.
 
-    axes : ``(len(which), 3)``, the stretch along each axis times its direction. The halves lie
-    where the halves of the drawn-out liquid have their middles; the second ones come last.
+    axes : ``(len(which), 3)``, the stretch along each axis times its direction. The halves lie in
+    the middles of the halves of the stretched liquid; the second ones come last.
     """
     size = np.linalg.norm(axes, axis=1, keepdims=True)
-    # Four times the even spacing is more than a sheet can have: it is the noise of spray.
-    offset = SPACING / 4 * axes * np.minimum(1, 4 / size)
+    # More than four times the even spacing does not occur in sheets: it is the noise of spray.
+    offset = PARTICLE_SPACING / 4 * axes * np.minimum(1, 4 / size)
     left, right = particles.take(which), particles.take(which)
     change = np.einsum("nab,nb->na", left.affine, offset)
     halved = left.stretch - 0.75 * axes[:, :, None] * axes[:, None, :]
@@ -176,10 +179,10 @@ def split(particles: Particles, which: np.ndarray, axes: np.ndarray) -> Particle
 
 
 def merge(particles: Particles, counts: np.ndarray) -> Particles:
-    """Return the particles with light neighbours in crowded cells joined in pairs.
+    """Return the particles with light ones in crowded cells merged in pairs.
 
-    particles : the first ``counts.sum()`` are sorted by cell; changed in place. A pair becomes
-    one at its centre of mass with its mean velocity.
+    particles : changed in place; the first ``counts.sum()`` are sorted by cell. A pair becomes one
+    particle at its centre of mass, with its mean velocity.
     """
     keep = np.ones(len(particles.positions), dtype=np.bool_)
     positions, velocities, affine, volumes, _ = particles
@@ -192,10 +195,10 @@ def _merge(positions, velocities, affine, volumes, counts, keep):
     start, merged = 0, 0
     for cell in range(len(counts)):
         end = start + counts[cell]
-        if counts[cell] >= CROWD:
+        if counts[cell] >= MERGE_COUNT:
             waiting = -1
             for p in range(start, end):
-                if volumes[p] > 2 * LEAST:
+                if volumes[p] > 2 * LEAST_VOLUME:
                     continue
                 if waiting < 0:
                     waiting = p

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Streamlines of a flow, and the few of them that a user would draw (paper, 4.2.2)."""
+"""Streamlines of a flow, and the few of them that an artist would draw (paper, 4.2.2)."""
 
 from __future__ import annotations
 
@@ -10,37 +10,37 @@ from numba import njit
 
 from ..numeric.trilinear import trilinear, velocity_at
 
-STEP = 0.5
+LINE_STEP = 0.5
 """Arc length of an integration step, cells."""
 
-LEAVE = 0.5
-"""A line ends when it is this many cells outside the liquid."""
+MOST_OUTSIDE_LIQUID = 0.5
+"""Cells outside the liquid at which a line ends."""
 
 PROBE = 0.7
-"""Half the width of the central difference for the surface's normal, cells."""
+"""Half the width of the central differences for the surface's normal, cells."""
 
-SHORTEST = 4.0
+SHORTEST_LINE = 4.0
 """Lines shorter than this many cells are dropped."""
 
-LOOP = 1.0
+LOOP_WIDTH = 1.0
 """A line ends when it comes this close to an earlier point of itself, cells."""
 
-BACK = np.array([1, 1, 1, -1, -1, -1])
-"""Turns the velocity of a point around, and leaves its position."""
+REVERSED = np.array([1, 1, 1, -1, -1, -1])
+"""Factors that reverse the velocity of a line's points and leave their positions."""
 
 CLUSTER_POINTS = 16
-"""Points along each line for the Hausdorff distance."""
+"""Points of each line that are used for the Hausdorff distance."""
 
 
 def seed_points(distance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return ``(count, 3)`` points (cells) spread uniformly over the liquid.
+    """Return points ``(count, 3)`` in cells, spread uniformly over the liquid; none without liquid.
 
-    distance : signed distance ``(X, Y, Z)``; empty result where there is no liquid.
+    distance : signed distance ``(X, Y, Z)``.
     """
     inside = np.flatnonzero(distance < 0)
     if not len(inside):
         return np.zeros((0, 3))
-    # Every cell is as likely, and a low-discrepancy choice keeps the seeds apart.
+    # Stratified: every cell is equally likely, and seeds keep apart.
     chosen = inside[((np.arange(count) + rng.random(count)) * len(inside) / count).astype(int)]
     cells = np.stack(np.unravel_index(chosen, distance.shape), axis=1)
     return np.asarray(cells + rng.random(cells.shape))
@@ -56,64 +56,66 @@ def trace(
 ) -> list[np.ndarray]:
     """Return the streamlines from ``seeds`` by RK4 in arc length (eq. 1), in flow direction.
 
-    A line ends at its length, on leaving the liquid or the arrays, where the flow rests, or on
-    coming back to itself; lines under SHORTEST are dropped.
+    A line ends at its length, where it leaves the liquid or the arrays, where the flow rests, or
+    where it returns to itself; lines under SHORTEST_LINE are dropped.
 
-    skin : depth under the surface, cells, from which a line is turned to go along the surface:
-    it then follows the flow less a growing share of its part outwards, and so does the velocity
-    in its points. A sheet moves across itself, and plain streamlines soon leave it.
-    both_ways : trace against the flow as well, so that a line passes through its seed; else it
-    begins there.
+    distance : float32 ``(X, Y, Z)``, cells; velocity : float32 ``(X', Y', Z', 3)``, on cells
+    ``X / X'`` times as large; seeds : ``(n, 3)``, cells; lengths : ``(n,)``, cells, each way.
+    skin : depth under the surface, cells, from which lines are turned along the surface: they
+    follow the flow without a growing share of its outward part, and their velocities are those.
+    A sheet moves across itself, so plain streamlines soon leave it.
+    both_ways : trace against the flow as well, so that a line passes through its seed instead of
+    beginning there.
 
-    distance : float32 ``(X, Y, Z)`` cells; velocity : float32 ``(X', Y', Z', 3)`` on cells
-    ``X / X'`` times as large; seeds ``(n, 3)`` cells; lengths ``(n,)`` cells, each way.
     Each result is ``(m, 6)``: position in cells, velocity in the unit of ``velocity``.
     """
     shrink = velocity.shape[0] / distance.shape[0]
     against = -velocity if both_ways else None
     lines = []
-    room = np.empty((int(lengths.max() / STEP) + 2 if len(lengths) else 0, 6))
+    buffer = np.empty((int(lengths.max() / LINE_STEP) + 2 if len(lengths) else 0, 6))
     for seed, length in zip(seeds, lengths, strict=True):
-        line = room[: _trace(distance, velocity, shrink, skin, seed, length, room)].copy()
+        line = buffer[: _trace(distance, velocity, shrink, skin, seed, length, buffer)].copy()
         if against is not None and len(line) and not _closed(line):
-            before = room[1 : _trace(distance, against, shrink, skin, seed, length, room)]
-            line = np.concatenate([before[::-1] * BACK, line])
-        if (len(line) - 1) * STEP >= SHORTEST:
+            before = buffer[1 : _trace(distance, against, shrink, skin, seed, length, buffer)]
+            line = np.concatenate([before[::-1] * REVERSED, line])
+        if (len(line) - 1) * LINE_STEP >= SHORTEST_LINE:
             lines.append(line.astype(np.float32))
     return lines
 
 
 def _closed(line: np.ndarray) -> bool:
-    """Whether the line came back to its beginning: the way against the flow is the same then."""
+    """Whether the line returned to its start: against the flow it would then be the same."""
     gap = np.linalg.norm(line[-1, :3] - line[0, :3])
-    return bool(len(line) * STEP > SHORTEST and gap <= LOOP + STEP)
+    return bool(len(line) * LINE_STEP > SHORTEST_LINE and gap <= LOOP_WIDTH + LINE_STEP)
 
 
 @njit(cache=True)
-def _trace(distance, velocity, shrink, skin, seed, length, room):
-    """Write the line into ``room``; return how many points it has."""
+def _trace(distance, velocity, shrink, skin, seed, length, buffer):
+    """Write the line into ``buffer``; return how many points it has."""
     u = np.empty(3)
-    slopes = np.empty((4, 3))
+    tangents = np.empty((4, 3))
     position = seed.copy()
-    for point in range(int(length / STEP) + 1):
-        if trilinear(distance, position[0], position[1], position[2]) > LEAVE:
+    for point in range(int(length / LINE_STEP) + 1):
+        if trilinear(distance, position[0], position[1], position[2]) > MOST_OUTSIDE_LIQUID:
             return point
         speed = _flow_along(distance, velocity, shrink, skin, position, u)
         if speed < 1e-3:
             return point
-        if _comes_back(room, point, position):
+        if _comes_back(buffer, point, position):
             return point
-        room[point, :3] = position
-        room[point, 3:] = u
-        slopes[0] = u / speed
+        buffer[point, :3] = position
+        buffer[point, 3:] = u
+        tangents[0] = u / speed
         for stage in range(1, 4):
-            reach = STEP if stage == 3 else STEP / 2
-            at = position + reach * slopes[stage - 1]
+            reach = LINE_STEP if stage == 3 else LINE_STEP / 2
+            at = position + reach * tangents[stage - 1]
             speed = _flow_along(distance, velocity, shrink, skin, at, u)
             if speed < 1e-3:
                 return point + 1
-            slopes[stage] = u / speed
-        position = position + STEP / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3])
+            tangents[stage] = u / speed
+        position = position + LINE_STEP / 6 * (
+            tangents[0] + 2 * tangents[1] + 2 * tangents[2] + tangents[3]
+        )
     return point + 1
 
 
@@ -142,13 +144,13 @@ def _flow_along(distance, velocity, shrink, skin, at, u):
 
 
 @njit(cache=True)
-def _comes_back(room, count, position):
-    # The last points are near by construction: look only at those two loop widths back.
-    for earlier in range(count - int(2 * LOOP / STEP) - 1):
+def _comes_back(buffer, count, position):
+    # The latest points are near by construction: skip those of two loop widths.
+    for earlier in range(count - int(2 * LOOP_WIDTH / LINE_STEP) - 1):
         square = 0.0
         for axis in range(3):
-            square += (room[earlier, axis] - position[axis]) ** 2
-        if square < LOOP * LOOP:
+            square += (buffer[earlier, axis] - position[axis]) ** 2
+        if square < LOOP_WIDTH * LOOP_WIDTH:
             return True
     return False
 
@@ -193,9 +195,9 @@ def _hausdorff(lines):
 
 
 def representatives(lines: Sequence[np.ndarray], count: int) -> list[int]:
-    """Return which lines stand for the ``count`` clusters of average linkage (their medoids).
+    """Return the numbers of the lines that represent ``count`` clusters, their medoids.
 
-    Fewer are returned where there are fewer lines.
+    Clusters of average linkage by :func:`hausdorff`. Fewer lines than that are all returned.
     """
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import squareform

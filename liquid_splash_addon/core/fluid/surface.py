@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signed distance of the liquid that particles stand for."""
+"""The signed distance of a liquid from its particles."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-KERNEL = 2.5
+KERNEL_REACH = 2.5
 """Reach of a particle's weight, cells."""
 
-RADIUS = 0.9
-"""The surface lies this far from the weighted mean of the particles near it, cells: 0.4 outside
-the outermost layer of thick liquid; a sheet of one layer becomes 1.8 cells thick, so that a grid
-can hold it, and a lone particle a ball of this radius."""
+PARTICLE_RADIUS = 0.9
+"""Distance in cells of the surface from the weighted mean of the particles near it: 0.4 outside the
+outermost layer of thick liquid. A sheet of one layer becomes 1.8 cells thick, so that a grid can
+hold it, and a lone particle a ball of this radius."""
 
-BAND = 3.0
-"""Distances are exact up to this many cells and clipped there."""
+DISTANCE_BAND = 3.0
+"""Cells up to which distances are exact; there they are clipped."""
 
 
 def particle_distance(
@@ -23,8 +23,8 @@ def particle_distance(
 ) -> np.ndarray:
     """Return the signed distance of the particles' surface at cell centres.
 
-    It is that to the zero set of :func:`particle_level`, which has the arguments. Returns
-    float32 ``shape``, in cells, clipped to +-BAND, negative inside.
+    The distance to the zero set of :func:`particle_level`, with the same arguments: float32
+    ``shape``, cells, clipped to +-DISTANCE_BAND, negative inside.
     """
     return redistance(particle_level(positions, volumes, start, shape))
 
@@ -32,13 +32,13 @@ def particle_distance(
 def particle_level(
     positions: np.ndarray, volumes: np.ndarray, start: np.ndarray, shape: tuple[int, int, int]
 ) -> np.ndarray:
-    """Return float32 ``shape``: negative inside the particles' surface, no distance elsewhere.
+    """Return a level that is negative inside the particles' surface, float32 ``shape``, cells.
 
-    The surface is where a point is RADIUS away from the weighted mean of the particles around
-    it (Zhu and Bridson 2005).
+    The surface is where a point is PARTICLE_RADIUS away from the weighted mean of the particles
+    around it (Zhu and Bridson 2005). Elsewhere the level is not a distance.
 
-    positions : float32 ``(n, 3)`` in cells; volumes : ``(n,)``; start : the cell at which the
-    result begins.
+    positions : float32 ``(n, 3)`` in cells; volumes : ``(n,)``; start : cell at which the result
+    begins.
     """
     sums = np.zeros((*shape, 4), dtype=np.float32)
     _accumulate(positions - np.asarray(start, dtype=np.float32), volumes, sums)
@@ -50,8 +50,8 @@ def particle_level(
 @njit(cache=True, fastmath=True)
 def _accumulate(positions, volumes, sums):
     """Add weights and weighted offsets (particle minus cell centre) to ``sums``."""
-    span = int(np.ceil(KERNEL))
-    scale = np.float32(1 / (KERNEL * KERNEL))
+    span = int(np.ceil(KERNEL_REACH))
+    scale = np.float32(1 / (KERNEL_REACH * KERNEL_REACH))
     nx, ny, nz, _ = sums.shape
     for p in range(len(positions)):
         x, y, z = positions[p, 0] - 0.5, positions[p, 1] - 0.5, positions[p, 2] - 0.5
@@ -79,18 +79,18 @@ def _level(sums, level):
             for k in range(nz):
                 weight = sums[i, j, k, 0]
                 if weight <= 0:
-                    level[i, j, k] = BAND
+                    level[i, j, k] = DISTANCE_BAND
                     continue
                 square = sums[i, j, k, 1] ** 2 + sums[i, j, k, 2] ** 2 + sums[i, j, k, 3] ** 2
-                level[i, j, k] = np.sqrt(square) / weight - RADIUS
+                level[i, j, k] = np.sqrt(square) / weight - PARTICLE_RADIUS
 
 
-def redistance(level: np.ndarray, band: float = BAND) -> np.ndarray:
+def redistance(level: np.ndarray, band: float = DISTANCE_BAND) -> np.ndarray:
     """Return the signed distance to the zero set of ``level``, in cells, clipped at +-``band``.
 
-    Cells beside the zero set get ``level`` over its slope (Russo and Smereka 2000), the rest
-    solve |grad d| = 1 by fast sweeping (Zhao 2005). The outermost cells keep the sign of
-    ``level`` and the value ``band``.
+    Cells beside the zero set get ``level`` over the size of its gradient (Russo and Smereka 2000),
+    the others solve |grad d| = 1 by fast sweeping (Zhao 2005). The outermost cells keep the sign
+    of ``level`` and get the value ``band``.
 
     level : float32 ``(X, Y, Z)``, negative inside.
     """
@@ -103,7 +103,7 @@ def redistance(level: np.ndarray, band: float = BAND) -> np.ndarray:
 
 @njit(cache=True)
 def _start(level, band, distance, free):
-    """Set unsigned distances beside the zero set; mark the cells that are still to be found."""
+    """Set unsigned distances beside the zero set; mark the other cells as ``free``."""
     nx, ny, nz = level.shape
     distance[:] = band
     for i in range(1, nx - 1):
@@ -119,7 +119,7 @@ def _start(level, band, distance, free):
                     a, b, c = axis == 0, axis == 1, axis == 2
                     low, high = level[i - a, j - b, k - c], level[i + a, j + b, k + c]
                     beside |= (low < 0) != (here < 0) or (high < 0) != (here < 0)
-                    # Beyond the particles' reach nothing is known of the slope.
+                    # Beyond the particles' reach the gradient is unknown.
                     down = abs(here - low) if low < band else np.float32(0)
                     up = abs(here - high) if high < band else np.float32(0)
                     square += max(down, up) ** 2

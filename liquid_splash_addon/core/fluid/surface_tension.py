@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surface tension as a pressure that the free surface exerts on the liquid."""
+"""Surface tension, as a pressure in the air cells at the free surface."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .density import volume_share
 from .particles import Particles
 
 WATER = 7.28e-5
-"""Surface tension of water over its density, m^3/s^2, at 20 degrees."""
+"""Surface tension of water over its density, m^3/s^2, at 20 degrees Celsius."""
 
-SHARPEST = 1.0
-"""Largest curvature, 1/cells: what the grid cannot resolve must not push."""
+SHARPEST_CURVATURE = 1.0
+"""Largest curvature that counts, 1/cells: the grid cannot resolve more."""
 
 
 def surface_pressure(particles: Particles, cells: Cells, strength: float) -> np.ndarray:
-    """Return the pressure that stands in each air cell beside liquid, ``(cells,)``.
+    """Return the pressure of the air cells beside liquid, float32 ``(cells,)``.
 
     It is ``strength`` times the curvature of the surface (Young and Laplace), from the
     divergence of the normal of the smoothed volume fraction (Brackbill 1992); positive where
-    the liquid bulges.
+    the liquid is convex.
 
     strength : sigma dt / rho in cells^3/s; the result is in the unit of ``pressure.project``,
     cells^2/s.
@@ -31,8 +31,10 @@ def surface_pressure(particles: Particles, cells: Cells, strength: float) -> np.
     for _ in range(2):
         share = _smooth(share, cells.neighbours)
     normal = _normals(share, cells.neighbours)
-    bend = np.clip(_bend(normal, cells.neighbours), -SHARPEST, SHARPEST)
-    return np.asarray(strength * bend, dtype=np.float32)
+    curvature = np.clip(
+        _normal_divergence(normal, cells.neighbours), -SHARPEST_CURVATURE, SHARPEST_CURVATURE
+    )
+    return np.asarray(strength * curvature, dtype=np.float32)
 
 
 @njit(cache=True)
@@ -49,7 +51,7 @@ def _smooth(field, neighbours):
 
 @njit(cache=True)
 def _normals(share, neighbours):
-    """Return unit vectors out of the liquid, zero where the share does not change."""
+    """Return unit vectors that point out of the liquid, zero where the share does not change."""
     normal = np.zeros((len(share), 3), dtype=np.float32)
     for n in range(len(share)):
         square = 0.0
@@ -65,7 +67,7 @@ def _normals(share, neighbours):
 
 
 @njit(cache=True)
-def _bend(normal, neighbours):
+def _normal_divergence(normal, neighbours):
     """Return the divergence of the normals: 2 / radius on a ball."""
     out = np.zeros(len(normal), dtype=np.float32)
     for n in range(len(normal)):

@@ -13,7 +13,8 @@ from .particles import Particles
 def particles_to_faces(particles: Particles, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return face velocities and weights, float32 ``(cells, 3)`` each.
 
-    A face receives the mean of ``v_p + C_p (x_face - x_p)``, weighed by volume and trilinearly.
+    A face receives the mean of ``v_p + C_p (x_face - x_p)``, with the particles' volumes and
+    trilinear weights.
 
     particles : sorted by cell for speed.
     """
@@ -31,10 +32,11 @@ def faces_to_particles(
     """Return the particles with new velocities and affine matrices, and the grid's velocity there.
 
     ``v <- flip (v + sample(after - before)) + (1 - flip) sample(after)``; the affine part is
-    the gradient of the sampled velocity times ``1 - flip``, so that flip = 0 is APIC and
-    flip = 1 is FLIP. The second result is ``sample(after)``, ``(n, 3)``.
+    the gradient of the sampled velocity times ``1 - flip``: flip = 0 is APIC and flip = 1 is FLIP.
+    The second result is ``sample(after)``, ``(n, 3)``.
 
-    before, after : face velocities ``(cells, 3)`` before and after the forces, extrapolated.
+    before, after : face velocities ``(cells, 3)`` before and after the forces, extrapolated;
+    flip : 0..1.
     """
     out = np.empty_like(particles.velocities)
     there = out if flip == 0 else np.empty_like(out)
@@ -49,7 +51,7 @@ def faces_to_particles(
 
 @njit(cache=True, inline="always")
 def load_stencil(table, leaves, i, j, k, stencil):
-    """Put the numbers of the 27 cells around (i, j, k) into ``stencil`` ``(3, 3, 3)``.
+    """Write the numbers of the 27 cells around (i, j, k) into ``stencil`` ``(3, 3, 3)``.
 
     Returns whether all of them are active.
     """
@@ -65,9 +67,9 @@ def load_stencil(table, leaves, i, j, k, stencil):
 
 @njit(cache=True, inline="always")
 def face_corner(x, y, z, i, j, k, axis):
-    """Return where the 8 faces of ``axis`` around (x, y, z) begin, and the weights there.
+    """Return the first of the 8 faces of ``axis`` around (x, y, z), and their weights.
 
-    The corner is relative to cell (i, j, k) - 1, the weights are those of the upper faces.
+    The first is relative to cell (i, j, k) - 1; the weights are those of the upper faces.
     """
     # Single precision throughout: x - i is exact, and mixing in an integer would make it double.
     half, one = np.float32(0.5), np.float32(1)
@@ -145,9 +147,9 @@ def _gather(positions, velocities, table, leaves, before, after, flip, out, ther
 
 
 def sample(points: np.ndarray, cells: Cells, faces: np.ndarray) -> np.ndarray:
-    """Return the velocity ``(n, 3)`` at ``points`` ``(n, 3)`` (cells), trilinearly from faces.
+    """Return the velocity ``(n, 3)`` at ``points`` ``(n, 3)`` in cells, trilinear between faces.
 
-    Faces that are not active are left out of the mean; where none is, velocity is zero.
+    Inactive faces are left out of the mean; where there are only those, the velocity is zero.
     """
     out = np.zeros_like(points)
     _sample_all(points, cells.table, cells.leaves, faces, out)
@@ -169,7 +171,7 @@ def _sample_all(points, table, leaves, faces, out):
 def sample_face(x, y, z, i, j, k, axis, stencil, whole, faces):
     """Return one velocity component at (x, y, z) in cell (i, j, k), see :func:`sample`.
 
-    stencil, whole : what :func:`load_stencil` gave for this cell.
+    stencil, whole : results of :func:`load_stencil` for this cell.
     """
     a, b, c, wx, wy, wz = face_corner(x, y, z, i, j, k, axis)
     total, weight, one = np.float32(0), np.float32(0), np.float32(1)

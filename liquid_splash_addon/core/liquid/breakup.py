@@ -18,11 +18,12 @@ from numba import njit
 from ..fluid.surface_tension import WATER
 from ..grid import LOCAL_SPACING
 from ..numeric.box_filter import mean_around
+from ..numeric.gradient import unit_gradient
 from ..numeric.threads import in_parts
 from ..settings import SplashSettings
 from ..sketch.strokes import Stroke, arc_length, resample
 from .fields import AIR
-from .level_set import LevelSet, unit_gradient
+from .level_set import LevelSet
 from .volume import filled_cells, shifted_to_volume
 
 GROWTH = 0.343

@@ -104,16 +104,6 @@ def _flow(field, positions, instead, out):
             velocity_at(field, x, y, z, out[p])
 
 
-def unit_gradient(distance: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Return the unit gradient of ``distance`` at inner ``cells`` ``(n, 3)``, ``(n, 3)``."""
-    columns = []
-    for step in np.eye(3, dtype=int):
-        ahead, behind = cells + step, cells - step
-        columns.append(distance[tuple(ahead.T)] - distance[tuple(behind.T)])
-    gradient = np.stack(columns, axis=1)
-    return np.asarray(gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-6))
-
-
 def wider(box: tuple[slice, ...], margin: int) -> tuple[slice, ...]:
     """Return a box that begins and ends ``margin`` cells farther out, if the grid does."""
     return tuple(slice(max(side.start - margin, 0), side.stop + margin) for side in box)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface of a liquid, and triangle meshes; imports generator and below."""
+"""Triangle meshes and the surface of a liquid; imports generator and the rooms before it."""

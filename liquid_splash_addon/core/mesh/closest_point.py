@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signed distance to triangle meshes at points: the loops; triangles as in mesh_distance."""
+"""Closest points on triangle meshes; triangles as in :mod:`.signed_distance`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from .signed_distance import closest, crossing
+from ..numeric.cell_list import cell_list
+from .signed_distance import closest_on_triangle, vertical_hit
 
 
 def nearest_on_mesh(
     triangles: np.ndarray, points: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return distance ``(n,)``, nearest point ``(n, 3)`` and winding number ``(n,)`` of points.
+    """Return distance ``(n,)``, closest point ``(n, 3)`` and winding number ``(n,)`` of points.
 
-    Exact for a distance below ``reach``; farther points get ``reach`` and themselves.
-    points : float64 ``(n, 3)``, same unit as the triangles.
+    Exact below a distance of ``reach``; points farther away get ``reach`` and themselves.
+    points : float64 ``(n, 3)``, in the unit of the triangles.
     """
     square = np.full(len(points), float(reach) ** 2)
     nearest = points.copy()
@@ -23,13 +24,10 @@ def nearest_on_mesh(
     if len(points) and len(triangles):
         low = points.min(axis=0)
         size = np.ptp(points, axis=0)
-        # Bins about as large as the reach, but no more of them than a grid has cells.
+        # Bins about as large as the reach, but not more than about a million of them.
         edge = max(reach, float((np.prod(size + reach) / 1e6) ** (1 / 3)))
         counts = (size / edge).astype(np.int64) + 1
-        place = ((points - low) / edge).astype(np.int64)
-        bins = (place[:, 0] * counts[1] + place[:, 1]) * counts[2] + place[:, 2]
-        order = np.argsort(bins, kind="stable")
-        starts = np.searchsorted(bins[order], np.arange(counts.prod() + 1))
+        order, starts = cell_list(points, low, edge, counts)
         binned = (low, edge, counts, order, starts)
         _nearest(triangles, points, reach, *binned, square, nearest)
         _count_at(triangles, points, *binned, winding)
@@ -60,7 +58,7 @@ def _nearest(triangles, points, reach, low, edge, counts, order, starts, square,
                         apart += over * over
                     if apart >= square[p]:
                         continue
-                    x, y, z = closest(points[p, 0], points[p, 1], points[p, 2], t)
+                    x, y, z = closest_on_triangle(points[p, 0], points[p, 1], points[p, 2], t)
                     found = (
                         (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2 + (points[p, 2] - z) ** 2
                     )
@@ -83,6 +81,6 @@ def _count_at(triangles, points, low, edge, counts, order, starts, winding):
                 row = (i * counts[1] + j) * counts[2]
                 for n in range(starts[row], starts[row + counts[2]]):
                     p = order[n]
-                    side, height = crossing(t, points[p, 0], points[p, 1])
+                    side, height = vertical_hit(t, points[p, 0], points[p, 1])
                     if side and height < points[p, 2]:
                         winding[p] -= side

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The closest point of a surface, found by walking from a face nearby.
+"""The closest point on a surface, found by walking from a face nearby.
 
-Walking cannot jump to the other side of a thin sheet, which a search in space would do.
+A walk cannot jump to the other side of a thin sheet, as a search in space would.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ from numba import njit
 
 from .halfedge import following
 
-STEPS = 32
-"""Faces a walk may cross. A move is shorter than an edge and crosses two or three."""
+MOST_CROSSINGS = 32
+"""Faces that a walk may cross. A move is shorter than an edge and crosses two or three."""
 
 
 @njit(cache=True)
-def land(x, y, z, face, points, start, twin):
-    """Return the face and the two last barycentric weights of the point closest to (x, y, z).
+def walk_to_closest(x, y, z, face, points, start, twin):
+    """Return the face and the last two barycentric weights of the point closest to (x, y, z).
 
-    The walk begins at ``face``, crosses the edge beyond which the point lies, and ends where
-    there is none, or on an edge if the point lies beyond it as seen from both its faces.
+    The walk begins at ``face`` and crosses the edge beyond which the point lies. It ends where
+    there is no such edge, or on an edge beyond which the point lies as seen from both its faces.
     """
     back = -1
     s, t = 0.0, 0.0
-    for _ in range(STEPS):
+    for _ in range(MOST_CROSSINGS):
         a, b, c = start[3 * face], start[3 * face + 1], start[3 * face + 2]
         s, t = _weights(x, y, z, a, b, c, points)
         r = 1.0 - s - t
@@ -63,7 +63,7 @@ def _weights(x, y, z, a, b, c, points):
 
 @njit(cache=True)
 def _on_edge(x, y, z, edge, points, start):
-    """Return the face and weights of the point of a half-edge that is closest to (x, y, z)."""
+    """Return the face and weights of the point on a half-edge that is closest to (x, y, z)."""
     a, b = start[edge], start[following(edge)]
     ux, uy, uz = (
         points[b, 0] - points[a, 0],

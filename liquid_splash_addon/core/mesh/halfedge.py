@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Half-edges of a closed triangle mesh, and the three changes that keep it a manifold.
+"""Half-edges of a closed triangle mesh, and the three edits that keep it a manifold.
 
 Half-edge ``3 f + k`` runs from corner k of face f to the next one. ``start`` holds the vertex at
-which it begins (-1: the face is gone), ``twin`` the half-edge that runs the other way, ``out``
-one half-edge out of every vertex (-1: the vertex is gone), ``valence`` its edges.
+which it begins (-1: the face is deleted), ``twin`` the half-edge in the opposite direction, ``out``
+one half-edge out of each vertex (-1: the vertex is deleted), ``valence`` how many edges it has.
 """
 
 from __future__ import annotations
@@ -11,24 +11,27 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import counting_sort
+
 
 class NotClosedError(ValueError):
-    """A mesh with an edge that has other than two faces, running along it both ways."""
+    """Some edge of a mesh does not have exactly two faces, one along it in each direction."""
 
 
 def connect(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return start and twin ``(3 m,)`` and the old vertex of every new one ``(n,)``, int32.
+    """Return start and twin ``(3 m,)`` and the old vertex of each new one ``(n,)``, all int32.
 
-    A vertex at which several fans of faces touch becomes one vertex for each fan.
+    A vertex where several fans of faces touch becomes one vertex for each fan.
 
-    faces : int ``(m, 3)``; count : vertices. Raises NotClosedError.
+    faces : int ``(m, 3)``; count : number of vertices. Raises ValueError for faces with vertices
+    outside that, NotClosedError.
     """
     start = np.ascontiguousarray(faces, dtype=np.int32).reshape(-1).copy()
     if len(start) and (start.min() < 0 or start.max() >= count):
-        raise ValueError("faces name vertices that are not there")
+        raise ValueError("faces refer to vertices that do not exist")
     twin = np.full(len(start), -1, dtype=np.int32)
     if not _pair(start, twin, count):
-        raise NotClosedError("the mesh is not closed: an edge has other than two faces")
+        raise NotClosedError("the mesh is not closed: an edge does not have exactly two faces")
     old = _one_fan_each(start, twin, count)
     return start, twin, old
 
@@ -36,16 +39,7 @@ def connect(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.n
 @njit(cache=True)
 def _pair(start, twin, count):
     """Find the twins; return whether every half-edge has one."""
-    first = np.zeros(count + 1, dtype=np.int32)
-    for h in range(len(start)):
-        first[start[h] + 1] += 1
-    for v in range(count):
-        first[v + 1] += first[v]
-    fill = first[:-1].copy()
-    leaving = np.empty(len(start), dtype=np.int32)
-    for h in range(len(start)):
-        leaving[fill[start[h]]] = h
-        fill[start[h]] += 1
+    leaving, first = counting_sort(start, count)
     for h in range(len(start)):
         if twin[h] >= 0:
             continue
@@ -62,7 +56,7 @@ def _pair(start, twin, count):
 
 @njit(cache=True)
 def _one_fan_each(start, twin, count):
-    """Give every fan of faces a vertex of its own; return the old vertices."""
+    """Give every fan of faces a vertex of its own; return the old vertex of each."""
     old = np.empty(len(start), dtype=np.int32)
     taken = np.zeros(count, dtype=np.bool_)
     seen = np.zeros(len(start), dtype=np.bool_)
@@ -100,7 +94,7 @@ def preceding(h):
 
 @njit(cache=True)
 def anchor(start, twin, out, valence):
-    """Fill ``out`` and ``valence``."""
+    """Fill ``out`` and ``valence`` from the other arrays."""
     out[:] = -1
     valence[:] = 0
     for h in range(len(start)):
@@ -111,7 +105,7 @@ def anchor(start, twin, out, valence):
 
 @njit(cache=True)
 def adjacent(a, b, start, twin, out):
-    """Tell whether an edge joins two vertices."""
+    """Return whether an edge joins vertices ``a`` and ``b``."""
     h = out[a]
     while True:
         if start[following(h)] == b:
@@ -165,7 +159,7 @@ def split_edge(h, w, face, start, twin, out, valence):
 
 @njit(cache=True)
 def collapse_edge(h, start, twin, out, valence):
-    """Merge the end of half-edge ``h`` into its beginning; two faces and a vertex go."""
+    """Merge the end of half-edge ``h`` into its start; deletes two faces and a vertex."""
     t = twin[h]
     hn, hp, tn, tp = following(h), preceding(h), following(t), preceding(t)
     u, v, a, b = start[h], start[t], start[hp], start[tp]
@@ -188,7 +182,7 @@ def collapse_edge(h, start, twin, out, valence):
 
 @njit(cache=True)
 def flip_edge(h, start, twin, out, valence):
-    """Turn the edge of half-edge ``h`` in its quad."""
+    """Flip the edge of half-edge ``h`` in the quad of its two faces."""
     t = twin[h]
     hn, hp, tn, tp = following(h), preceding(h), following(t), preceding(t)
     u, v, a, b = start[h], start[t], start[hp], start[tp]

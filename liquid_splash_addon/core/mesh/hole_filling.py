@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Modelled meshes made closed: doubled vertices joined, holes covered."""
+"""Modelled meshes made closed: doubled vertices merged, holes covered."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from .mesh import directed_edges
+
 
 def welded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mesh with vertices at one place (to 1e-6 of its size) made one."""
+    """Return the mesh with vertices in the same place (to 1e-6 of its size) merged."""
     step = max(float(np.ptp(vertices, axis=0).max()), 1e-30) * 1e-6
     keys = np.round((vertices - vertices.min(axis=0)) / step).astype(np.int64)
-    # Keys of 20 bits an axis, in one number: sorts faster than rows.
+    # All three axes in one key, 21 bits each: sorts faster than rows.
     _, first, place = np.unique(
         (keys[:, 0] << 42) | (keys[:, 1] << 21) | keys[:, 2], return_index=True, return_inverse=True
     )
@@ -22,14 +24,15 @@ def welded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndar
 def films(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return triangles ``(c, 3, 3)`` that close a mesh: a fan from the middle of every hole.
 
-    A hole is a set of connected edges whose faces do not cancel: those of one face, and those
-    where two faces point different ways. With the films, every edge cancels.
+    A hole is a set of connected edges along which faces do not run equally often in both
+    directions: edges of one face, and those of two faces of opposite orientation. With the films
+    they do.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     count = len(vertices)
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    ends = directed_edges(faces).astype(np.int64)
     forward = ends[:, 0] < ends[:, 1]
     keys, place = np.unique(ends.min(1) * count + ends.max(1), return_inverse=True)
     net = np.bincount(place, np.where(forward, 1, -1)).astype(np.int64)
@@ -47,9 +50,3 @@ def films(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     sums = np.stack([np.bincount(hole, edges[:, a], count) for a in range(3)], axis=1)
     middle = (sums / np.maximum(weight, 1)[:, None])[hole]
     return np.stack([vertices[stop], vertices[start], middle], axis=1)
-
-
-def areas(triangles: np.ndarray) -> np.ndarray:
-    """Return the areas ``(m,)`` of triangles ``(m, 3, 3)``."""
-    sides = triangles[:, 1:] - triangles[:, :1]
-    return np.asarray(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2)

@@ -8,25 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from .geometry import cross_edges, squared_length
+from ..numeric.cell_list import counting_sort
+from ..numeric.triangles import cross_edges, squared_length
 
 STIFFEST = 10.0
-"""Largest sum of weights over mass at a vertex, over the target edge squared; 4 where triangles
-are equilateral. Vertices beside a sliver get more mass instead, which slows waves there alone: one
-of them would otherwise shorten the time step everywhere."""
+"""Largest sum of weights over mass at a vertex, in 1 / target edge squared; it is 4 where triangles
+are equilateral. A vertex beside a sliver gets more mass instead, which slows waves there alone:
+otherwise it would shorten the time step everywhere."""
 
 
 @dataclass(frozen=True)
 class Laplacian:
-    """What the operator (L u)_i = sum_j weight_ij (u_j - u_i) / mass_i is made of.
+    """The operator (L u)_i = sum_j weight_ij (u_j - u_i) / mass_i.
 
     Attributes
     ----------
-    first : int32 ``(n + 1,)``, where each vertex's neighbours begin
+    first : int32 ``(n + 1,)``, where the neighbours of each vertex begin in ``near``
     near : int32 ``(e,)``, the neighbours
     weights : float32 ``(e,)``, (cot alpha + cot beta) / 2, symmetric, never negative
-    mass : float32 ``(n,)``, a third of the faces around, squared metres, or more (STIFFEST)
-    bound : no eigenvalue of -L is larger, 1 / m^2
+    mass : float32 ``(n,)``, a third of the area of the faces around, m^2, or more (STIFFEST)
+    bound : upper bound of the eigenvalues of -L, 1 / m^2
     """
 
     first: np.ndarray
@@ -47,7 +48,10 @@ class Laplacian:
         return result
 
     def diffuse(self, values: np.ndarray, width: float) -> np.ndarray:
-        """Return ``values`` ``(n,)`` blurred by a Gaussian of ``width`` metres."""
+        """Return ``values`` blurred by a Gaussian with a standard deviation of ``width`` metres.
+
+        values : ``(n,)``; the result is float32.
+        """
         time = width * width / 2
         steps = int(np.ceil(time * self.bound))
         if steps == 0:
@@ -61,37 +65,34 @@ class Laplacian:
 
 
 def laplacian(vertices: np.ndarray, faces: np.ndarray, edge: float) -> Laplacian:
-    """Return the Laplacian of a closed mesh with edges of about ``edge``.
+    """Return the Laplacian of a closed mesh with edges of about ``edge`` metres.
+
+    vertices : ``(n, 3)``, metres; faces : ``(m, 3)``.
 
     The eigenvalues of M^-1 B W B^T, B the incidence of vertices and edges, are those of
-    B^T M^-1 B W but for zeros. In its row of edge ij the sizes of the entries sum up to
-    D_i + D_j, where D is the sum of weights over mass; Gershgorin's theorem gives the bound. It
-    needs weights that are not negative: negative ones (obtuse angles) are set to 0.
+    B^T M^-1 B W apart from zeros. In its row of edge ij the absolute values sum to D_i + D_j,
+    where D is the sum of weights over mass: Gershgorin's theorem gives the bound. It needs
+    weights that are not negative, so negative ones (obtuse angles) are set to 0.
     """
-    first = np.zeros(len(vertices) + 1, dtype=np.int32)
-    near = np.empty(faces.size, dtype=np.int32)
-    half = np.zeros(faces.size, dtype=np.float64)
+    cotangents = np.empty(faces.shape, dtype=np.float64)
     mass = np.zeros(len(vertices), dtype=np.float64)
-    points = vertices.astype(np.float64)
-    _assemble(points, faces, first, near, half, mass)
+    _assemble(vertices.astype(np.float64), faces, cotangents, mass)
+    order, first = counting_sort(faces.reshape(-1), len(vertices))
+    near = np.empty(faces.size, dtype=np.int32)
+    half = np.empty(faces.size, dtype=np.float64)
+    _by_vertex(faces, cotangents, order, near, half)
     weights = np.empty_like(half)
     _symmetrise(first, near, half, weights)
     bound = _stiffness(first, near, weights, mass, STIFFEST / (edge * edge))
-    # Rounding to float32 may add a little.
+    # Rounding to float32 may raise an eigenvalue a little.
     return Laplacian(
         first, near, weights.astype(np.float32), mass.astype(np.float32), 1.0001 * bound
     )
 
 
 @njit(cache=True)
-def _assemble(points, faces, first, near, half, mass):
-    count = len(points)
-    for f in range(len(faces)):
-        for k in range(3):
-            first[faces[f, k] + 1] += 1
-    for v in range(count):
-        first[v + 1] += first[v]
-    fill = first[:-1].copy()
+def _assemble(points, faces, cotangents, mass):
+    """Write half the cotangent opposite each face's edges k, k + 1; add the faces' area to mass."""
     for f in range(len(faces)):
         x, y, z = cross_edges(faces[f, 0], faces[f, 1], faces[f, 2], points)
         double = np.sqrt(x * x + y * y + z * z)
@@ -102,11 +103,18 @@ def _assemble(points, faces, first, near, half, mass):
                 squared_length(b, c, points),
                 squared_length(c, a, points),
             )
-            # The floor stands for an angle of 0.6 degrees.
-            near[fill[a]] = b
-            half[fill[a]] = 0.25 * (bc + ca - ab) / max(double, 0.01 * max(ab, bc, ca), 1e-30)
-            fill[a] += 1
+            # The least area stands for an angle of 0.6 degrees.
+            cotangents[f, k] = 0.25 * (bc + ca - ab) / max(double, 0.01 * max(ab, bc, ca), 1e-30)
             mass[a] += double / 6
+
+
+@njit(cache=True)
+def _by_vertex(faces, cotangents, order, near, half):
+    """Write the next vertex of every corner, and its cotangent, in the order of the vertices."""
+    for n in range(len(order)):
+        f, k = order[n] // 3, order[n] % 3
+        near[n] = faces[f, (k + 1) % 3]
+        half[n] = cotangents[f, k]
 
 
 @njit(cache=True)
@@ -125,7 +133,7 @@ def _symmetrise(first, near, half, weights):
 
 @njit(cache=True)
 def _stiffness(first, near, weights, mass, stiffest):
-    """Give vertices more mass where they need it; return the bound."""
+    """Raise masses as far as ``stiffest`` asks; return the bound of the eigenvalues."""
     count = len(first) - 1
     ratio = np.empty(count)
     for v in range(count):
@@ -154,14 +162,14 @@ def _apply(first, near, rows, values, result):
 def mean_curvature(operator: Laplacian, vertices: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return the mean curvature (1 / m) at every vertex, positive on a ball, float32 ``(n,)``.
 
-    The Laplacian of the place is -2 H n.
+    The Laplacian of the position is -2 H n.
     """
     columns = [operator.apply(vertices[:, n]) * normals[:, n] for n in range(3)]
     return np.asarray(-0.5 * (columns[0] + columns[1] + columns[2]), dtype=np.float32)
 
 
 def pieces(operator: Laplacian) -> np.ndarray:
-    """Return the number of the connected piece to which every vertex belongs, int32 ``(n,)``."""
+    """Return the number of the connected piece that each vertex belongs to, int32 ``(n,)``."""
     return _flood(operator.first, operator.near)
 
 

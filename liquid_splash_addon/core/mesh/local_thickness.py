@@ -1,58 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a surface can move along its normals before it meets itself."""
+"""Local thickness and clearance: how far a surface can move before it meets itself."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
+from ..numeric.cell_list import cell_list
 from ..numeric.threads import in_parts
 
-MOST_BOXES = 3e7
-"""Boxes of ``reach`` a side that the mesh's bounding box may hold."""
+MOST_VERTEX_BOXES = 3e7
+"""Boxes with edges of ``reach`` that the mesh's bounding box may hold."""
 
 
-def room(vertices: np.ndarray, normals: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the room inwards and outwards at every vertex, float32 ``(n,)``, <= ``reach / 2``.
+def thickness_and_clearance(
+    vertices: np.ndarray, normals: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return half the local thickness and half the clearance at every vertex, float32 ``(n,)``.
 
-    It is the radius of the largest ball that touches the surface there, on the inner or outer
-    side, and holds no other vertex within ``reach``: half the thickness of a sheet (half the gap
-    between two), or the radius of curvature, whichever is smaller. Moved by less than that, the
-    surface meets itself neither far away nor beside the vertex.
+    Each is the radius of the largest ball that touches the surface at the vertex, on the inner or
+    outer side, and holds no other vertex within ``reach``: half the thickness of a sheet or half
+    the gap between two, or the radius of curvature, whichever is smaller; at most ``reach / 2``.
+    A vertex that moves by less than that meets no other part of the surface.
 
-    vertices : ``(n, 3)``, not farther from each other than the details that count; normals :
-    unit, outward; reach : in the vertices' unit.
+    vertices : ``(n, 3)``, no farther apart than the details that count; normals : unit, outward;
+    reach : in the vertices' unit. Raises ValueError for a mesh of too many boxes.
     """
     inward = np.full(len(vertices), reach / 2, dtype=np.float32)
     outward = inward.copy()
     if len(vertices):
         points = ((vertices - vertices.min(axis=0)) / reach).astype(np.float32)
         size = tuple(int(n) + 1 for n in points.max(axis=0))
-        if np.prod(size, dtype=np.float64) > MOST_BOXES:
-            raise ValueError("the mesh is too large for its details")
-        order, first = _sort(points, size)
+        if np.prod(size, dtype=np.float64) > MOST_VERTEX_BOXES:
+            raise ValueError("the mesh is too large for a search this fine")
+        order, first = cell_list(points, np.zeros(3, dtype=np.float32), np.float32(1), size)
         held = (points, points[order], normals, first, size, np.float32(reach))
         in_parts(len(points), lambda a, b: _touching_balls(a, b, *held, inward, outward))
     return inward, outward
-
-
-@njit(cache=True)
-def _sort(points, size):
-    """Return vertices in the order of boxes, and where each box begins."""
-    first = np.zeros(size[0] * size[1] * size[2] + 1, dtype=np.int32)
-    box = np.empty(len(points), dtype=np.int64)
-    for v in range(len(points)):
-        i, j, k = int(points[v, 0]), int(points[v, 1]), int(points[v, 2])
-        box[v] = (i * size[1] + j) * size[2] + k
-        first[box[v] + 1] += 1
-    for b in range(len(first) - 1):
-        first[b + 1] += first[b]
-    fill = first[:-1].copy()
-    order = np.empty(len(points), dtype=np.int32)
-    for v in range(len(points)):
-        order[fill[box[v]]] = v
-        fill[box[v]] += 1
-    return order, first
 
 
 @njit(cache=True, fastmath=True, nogil=True)

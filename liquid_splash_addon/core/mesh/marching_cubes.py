@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The liquid's surface as a triangle mesh with a velocity at every vertex."""
+"""The liquid's surface by marching cubes, with a velocity at every vertex."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEVEL_SPREAD = 0.5
 """Width in cells of the Gaussian that joins the generator's 2^3 patches before meshing."""
 
 LEVEL_BAND = 1.5
-"""Distances beyond this many cells do not count there, so that sheets do not thin out."""
+"""The level is clipped to this many cells before that blur, so that sheets do not thin out."""
 
 
 def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
@@ -31,10 +31,10 @@ def surface(fields: Fields, threshold: float = 0.5) -> Mesh:
 
 
 def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
-    """Return the zero of ``level`` ``(X, Y, Z)``, see :func:`surface_level`, in metres.
+    """Return the surface where ``level`` ``(X, Y, Z)`` is zero (``liquid.level_set``), in metres.
 
-    It holds as much liquid as there are cells below zero, within 5 % where sheets are a few
-    cells thick, 15 % where they are one.
+    It encloses as much liquid as there is below zero: within 5 % where sheets are a few cells
+    thick, 15 % where they are one.
 
     velocity : ``(3, X, Y, Z)``, m/s.
     """
@@ -50,7 +50,7 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     if padded.min() >= iso:
         return Mesh.empty()
     vertices, faces = marched(padded, iso)
-    # Vertex coordinates are array indices: cell centres, one cell padded on.
+    # Vertices are array indices: 0 is the centre of the padding's first cell.
     cells = taubin_smoothed(vertices, faces) - 0.5 + [side.start for side in box]
     velocities = sample_field(velocity, cells)
     points = grid.to_metres(cells).astype(np.float32)
@@ -58,10 +58,11 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
 
 
 def marched(level: np.ndarray, iso: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices ``(n, 3)`` and faces ``(m, 3)`` where ``level`` is ``iso``, a manifold.
+    """Return vertices ``(n, 3)`` and faces ``(m, 3)`` of the surface at ``iso``, a manifold.
 
-    In sheets thinner than a cell, marching cubes may join four faces in an edge. Nearer to zero
-    there is less of them; zero, where the sheets are torn, has the last word.
+    In sheets thinner than a cell, marching cubes may make edges with four faces. There are fewer
+    of them nearer to zero, so ``iso`` is halved until there are none; at zero, where such sheets
+    are torn, the surface is taken as it is.
     """
     from skimage.measure import marching_cubes
 
@@ -74,10 +75,10 @@ def marched(level: np.ndarray, iso: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def level_of_volume(level: np.ndarray, blurred: np.ndarray) -> float:
-    """Return the value of ``blurred`` below which there is as much as below zero of ``level``.
+    """Return the isovalue at which ``blurred`` encloses as much as ``level`` does at zero.
 
-    A blurred sheet or drop loses liquid to the air around it; taken at this value, not at zero,
-    it keeps what it had. A cell is full half a cell below the surface and empty half a cell above.
+    A blurred sheet or drop loses liquid to the air around it; at this value it keeps its volume.
+    Both are in cells. A cell is full half a cell below the surface and empty half a cell above.
     """
     from scipy.optimize import brentq
 

@@ -42,12 +42,17 @@ class Mesh:
         )
 
 
+def directed_edges(faces: np.ndarray) -> np.ndarray:
+    """Return start and end vertex of the edges of ``faces`` ``(m, 3)``, ``(3 m, 2)``."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
 def edge_counts(faces: np.ndarray, count: int) -> csr_matrix:
     """Return how many faces run along each edge in each direction, ``(count, count)``.
 
-    Once wherever a closed mesh is a manifold.
+    In a closed manifold mesh it is one everywhere.
     """
     from scipy.sparse import coo_matrix
 
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    ends = directed_edges(faces).T
     return coo_matrix((np.ones(ends.shape[1]), ends), shape=(count, count)).tocsr()

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangles of one size on the same surface (Botsch and Kobbelt 2004).
+"""Isotropic remeshing: the same surface in triangles of one size (Botsch and Kobbelt 2004).
 
 Long edges are split, short ones collapsed, edges flipped towards six at a vertex, vertices moved
-along the surface towards their neighbours' mean. Every vertex keeps its place on a face of the old
-mesh, so the surface cannot wander and what was known at the old vertices is interpolated.
+along the surface towards their neighbours' mean. Every vertex lies on a known face of the old mesh,
+so the surface cannot drift, and values at the old vertices are interpolated.
 """
 
 from __future__ import annotations
@@ -12,27 +12,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import vertex_normals
+from ..numeric.triangles import vertex_normals
 from .halfedge import anchor, connect
 from .remeshing_passes import collapse_short, flip_edges, move_vertices, split_long, weights_at
 
-PULL = 0.75
-"""Share of the way to the curved surface: from the middle of a face it leads onto a ball."""
+PHONG_SHARE = 0.75
+"""Share of the way to the curved surface, alpha in the paper on Phong tessellation: at 3/4 the
+middle of a face lands on the ball whose normals its corners have."""
 
-ROUNDS = 3
+REMESHING_ROUNDS = 3
 """Rounds of split, collapse, flip and move."""
 
 
 @dataclass(frozen=True)
 class Remeshed:
-    """A mesh and where its vertices lie on the old one.
+    """A new mesh and where its vertices lie on the old one.
 
     Attributes
     ----------
     vertices : float64 ``(n, 3)``, in the unit of the old ones
     faces : int32 ``(m, 3)``
     corners : int32 ``(n, 3)``, the old vertices of the face on which each vertex lies
-    weights : float32 ``(n, 3)``, their shares of it
+    weights : float32 ``(n, 3)``, barycentric weights of these corners
     """
 
     vertices: np.ndarray
@@ -41,7 +42,7 @@ class Remeshed:
     weights: np.ndarray
 
     def carry(self, values: np.ndarray) -> np.ndarray:
-        """Return values of the old vertices ``(old, ...)`` at the new ones, float32."""
+        """Interpolate values of the old vertices ``(old, ...)`` at the new ones, float32."""
         parts = [
             values[self.corners[:, k]] * self.weights[:, k].reshape(-1, *[1] * (values.ndim - 1))
             for k in range(3)
@@ -50,12 +51,11 @@ class Remeshed:
 
 
 def isotropic(vertices: np.ndarray, faces: np.ndarray, target: float) -> Remeshed:
-    """Return the surface with edges of about ``target``, closed, a manifold, oriented alike.
+    """Return the surface with edges of about ``target``: a closed manifold, oriented as before.
 
-    vertices : ``(n, 3)``; faces : ``(m, 3)``, every edge with a face along it in each
-    direction; target : in the vertices' unit, above 0. Raises ValueError (NotClosedError)
-    for others. Where the surface itself is finer than the target, as on a drop smaller than
-    that, shorter edges stay.
+    vertices : ``(n, 3)``; faces : ``(m, 3)``, every edge with one face along it in each
+    direction, else NotClosedError; target : in the vertices' unit, above 0, else ValueError.
+    Where the surface itself is finer than the target, as on a smaller drop, edges stay shorter.
     """
     if not target > 0:
         raise ValueError(f"the target length must be above 0, not {target}")
@@ -64,11 +64,11 @@ def isotropic(vertices: np.ndarray, faces: np.ndarray, target: float) -> Remeshe
         nothing = np.zeros((0, 3), dtype=np.float32)
         none = np.zeros((0, 3), dtype=np.int32)
         return Remeshed(np.zeros((0, 3)), none, none, nothing)
-    # In target lengths, about the middle: nothing below depends on the unit.
+    # In target lengths, around the middle: nothing below depends on the unit.
     middle = vertices.mean(axis=0, dtype=np.float64)
     surface = (vertices[old].astype(np.float64) - middle) / target
     work = _Work(surface, start, twin)
-    for _ in range(ROUNDS):
+    for _ in range(REMESHING_ROUNDS):
         work.split()
         work.collapse()
         work.flip()
@@ -89,10 +89,10 @@ def curved(
     corners: np.ndarray,
     weights: np.ndarray,
 ) -> np.ndarray:
-    """Return points of flat faces ``(n, 3)`` on the curved surface that the faces stand for.
+    """Return points of flat faces ``(n, 3)`` on the curved surface that the faces approximate.
 
-    Phong tessellation (Boubekeur and Alexa 2008): each point is pulled to its projections on
-    the planes at its face's corners. Without it, finer triangles would show the old ones.
+    Phong tessellation (Boubekeur and Alexa 2008): each point is pulled towards its projections on
+    the tangent planes at its face's corners. Without it, finer triangles would show the old ones.
 
     surface, normals : the old vertices; corners, weights : as in :class:`Remeshed`.
     """
@@ -101,11 +101,11 @@ def curved(
         normal = normals[corners[:, k]]
         away = ((points - surface[corners[:, k]]) * normal).sum(axis=1)
         pulled -= (weights[:, k] * away)[:, None] * normal
-    return np.asarray(points + PULL * pulled)
+    return np.asarray(points + PHONG_SHARE * pulled)
 
 
 class _Work:
-    """The mesh that is being changed, in target lengths, and the surface it lies on."""
+    """The mesh being remeshed, in target lengths, and the surface that it lies on."""
 
     def __init__(self, surface: np.ndarray, start: np.ndarray, twin: np.ndarray) -> None:
         self.surface = (surface, start, twin)
@@ -121,7 +121,7 @@ class _Work:
 
     def split(self) -> None:
         while True:
-            self._make_room()
+            self._enlarge()
             finished, self.count, self.faces = split_long(
                 self.points, self.home, *self.links, self.out, self.valence,
                 self.count, self.faces, *self.surface,
@@ -129,8 +129,8 @@ class _Work:
             if finished:
                 return
 
-    def _make_room(self) -> None:
-        """Let the arrays hold half as many vertices and faces again."""
+    def _enlarge(self) -> None:
+        """Make the arrays hold half as many vertices and faces again."""
         vertices, faces = self.count + self.count // 2 + 64, self.faces + self.faces // 2 + 128
         self.points = _extended(self.points, vertices, self.count)
         self.home = _extended(self.home, vertices, self.count)
@@ -152,7 +152,7 @@ class _Work:
         move_vertices(self.points, self.home, *self.links, self.out, self.count, *self.surface)
 
     def result(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return points, faces, old face and weights of the vertices that are left."""
+        """Return points, faces, and old face and weights of each vertex, without deleted ones."""
         faces = self.links[0][: 3 * self.faces].reshape(-1, 3)
         faces = faces[faces[:, 0] >= 0]
         kept = np.flatnonzero(self.out[: self.count] >= 0)

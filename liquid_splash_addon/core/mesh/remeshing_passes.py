@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The four passes of remeshing over all edges or vertices. Lengths are in target lengths."""
+"""The four passes of remeshing over all edges or vertices; lengths over the target length.
+
+``home`` is the old face on which a vertex lies.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from .closest_point_walk import land
-from .geometry import cross_edges, squared_length
+from ..numeric.triangles import cross_edges, squared_length
+from .closest_point_walk import walk_to_closest
 from .halfedge import (
     adjacent,
     collapse_edge,
@@ -18,40 +21,40 @@ from .halfedge import (
     split_edge,
 )
 
-SHORTEST, LONGEST = 0.7, 1.35
-"""Shorter edges are collapsed, longer ones split. Moving vertices afterwards spreads lengths by a
-few tenths: they end within 0.5-1.5."""
+SHORTEST_EDGE, LONGEST_EDGE = 0.7, 1.35
+"""Shorter edges are collapsed, longer ones split. Moving vertices afterwards changes lengths by a
+few tenths: they end up within 0.5-1.5."""
 
-SHARE = 0.9
-"""Over sqrt(0.8), see split_long."""
+SPLIT_SHARE = 0.9
+"""More than sqrt(0.8), see :func:`split_long`."""
 
 MOST_VALENCE = 9
-"""Edges at a vertex that a collapse may leave."""
+"""Most edges at a vertex after a collapse."""
 
-TURN = 0.5
-"""Cosine of the angle by which a change may turn a face: a larger turn folds the surface."""
+FLIP_COSINE = 0.5
+"""Cosine of the largest angle by which a flip may turn a face: more would fold the surface."""
 
 SLIVER = 0.2
-"""Height over the longest edge of a face that a collapse may leave."""
+"""Least height over the longest edge of a face after a collapse."""
 
-MERGE_TURN = 0.75
-"""The same where an edge is collapsed: what is left of a drop's vertices must keep it round."""
+COLLAPSE_COSINE = 0.75
+"""The same for a collapse, which must keep drops of few vertices round."""
 
 BULGE = 0.12
-"""How far flipping an edge may move the surface between its ends."""
+"""Farthest that a flip may move the surface between the ends of the edge."""
 
 
 @njit(cache=True)
 def split_long(
     points, home, start, twin, out, valence, count, faces, old_points, old_start, old_twin
 ):
-    """Split edges over LONGEST; return whether all are done, and the vertices and faces then.
+    """Split edges over LONGEST_EDGE; return whether all are done, and the counts of both then.
 
     The arrays hold more than ``count`` vertices and ``faces`` faces; it stops when they are full.
-    Edges within SHARE of the longest go first: a new edge from the middle of such a one to the
-    corner opposite is shorter than that share, so each round ends. In any order it need not.
+    Edges within SPLIT_SHARE of the longest go first: the new edge from the middle of such an edge
+    to the opposite corner is shorter than that, so each round ends. In another order it might not.
     """
-    limit = max(SHARE * _longest(points, start, faces), LONGEST)
+    limit = max(SPLIT_SHARE * _longest(points, start, faces), LONGEST_EDGE)
     while True:
         h = 0
         while h < 3 * faces:
@@ -61,7 +64,7 @@ def split_long(
                 continue
             if count == len(points) or 3 * faces + 6 > len(start):
                 return False, count, faces
-            # The next move puts it on the surface.
+            # The next pass of moves puts it on the surface.
             for n in range(3):
                 points[count, n] = 0.5 * (points[u, n] + points[v, n])
             home[count] = _better_home(
@@ -70,18 +73,18 @@ def split_long(
             split_edge(h, count, faces, start, twin, out, valence)
             count += 1
             faces += 2
-        if limit == LONGEST:
+        if limit == LONGEST_EDGE:
             return True, count, faces
-        limit = max(SHARE * limit, LONGEST)
+        limit = max(SPLIT_SHARE * limit, LONGEST_EDGE)
 
 
 @njit(cache=True)
 def _better_home(w, first, second, points, old_points, old_start, old_twin):
-    """Return the old face on which ``w`` lands: the nearer one of walks from two faces."""
+    """Return the old face closest to ``w``, by walks from two faces."""
     x, y, z = points[w, 0], points[w, 1], points[w, 2]
     best, least = first, np.inf
     for face in (first, second):
-        face, s, t = land(x, y, z, face, old_points, old_start, old_twin)
+        face, s, t = walk_to_closest(x, y, z, face, old_points, old_start, old_twin)
         a, b, c = old_start[3 * face], old_start[3 * face + 1], old_start[3 * face + 2]
         square = 0.0
         for n in range(3):
@@ -103,7 +106,7 @@ def _longest(points, start, faces):
 
 @njit(cache=True)
 def place(v, face, s, t, points, home, old_points, old_start):
-    """Put vertex ``v`` on an old face, with weights s and t of its two last corners."""
+    """Put vertex ``v`` on an old face, at the weights s and t of its last two corners."""
     a, b, c = old_start[3 * face], old_start[3 * face + 1], old_start[3 * face + 2]
     for n in range(3):
         points[v, n] = (1 - s - t) * old_points[a, n] + s * old_points[b, n] + t * old_points[c, n]
@@ -112,12 +115,12 @@ def place(v, face, s, t, points, home, old_points, old_start):
 
 @njit(cache=True)
 def collapse_short(points, start, twin, out, valence, faces):
-    """Collapse edges under SHORTEST where the surface stays a manifold and does not fold."""
+    """Collapse edges under SHORTEST_EDGE where the surface stays a manifold and does not fold."""
     for h in range(3 * faces):
         if start[h] < 0 or h > twin[h]:
             continue
         u, v = start[h], start[following(h)]
-        if squared_length(u, v, points) >= SHORTEST * SHORTEST:
+        if squared_length(u, v, points) >= SHORTEST_EDGE * SHORTEST_EDGE:
             continue
         if valence[u] + valence[v] - 4 > MOST_VALENCE:
             continue
@@ -125,7 +128,7 @@ def collapse_short(points, start, twin, out, valence, faces):
             continue
         if shared_neighbours(u, v, start, twin, out) != 2:
             continue
-        # Either end may stay where it is; one of them may not fold the surface.
+        # Merge into whichever end does not fold the surface.
         if _may_merge(h, points, start, twin):
             collapse_edge(h, start, twin, out, valence)
         elif _may_merge(twin[h], points, start, twin):
@@ -134,7 +137,7 @@ def collapse_short(points, start, twin, out, valence, faces):
 
 @njit(cache=True)
 def _may_merge(h, points, start, twin):
-    """Tell whether the end of ``h`` may move to its beginning: no long edge, no turned face."""
+    """Return whether the end of ``h`` may merge into its start: no long edge, no turned face."""
     u = start[h]
     t = twin[h]
     at = twin[preceding(t)]
@@ -142,7 +145,7 @@ def _may_merge(h, points, start, twin):
     last = following(h)
     while True:
         a, b = start[following(at)], start[preceding(at)]
-        if squared_length(u, a, points) > LONGEST * LONGEST:
+        if squared_length(u, a, points) > LONGEST_EDGE * LONGEST_EDGE:
             return False
         if at != last and at != t and not _stays_good(u, v, a, b, points):
             return False
@@ -153,7 +156,7 @@ def _may_merge(h, points, start, twin):
 
 @njit(cache=True)
 def _stays_good(u, v, a, b, points):
-    """Tell whether the face vab may become uab: not turned, and no sliver unless it was one."""
+    """Return whether face vab may become uab: not turned, and no sliver unless it was one."""
     x, y, z = cross_edges(v, a, b, points)
     p, q, r = cross_edges(u, a, b, points)
     before, after = x * x + y * y + z * z, p * p + q * q + r * r
@@ -161,17 +164,17 @@ def _stays_good(u, v, a, b, points):
     was = before / max(flat, squared_length(v, a, points), 1e-30) ** 2
     now = after / max(flat, squared_length(u, a, points), 1e-30) ** 2
     if was < 1e-6:
-        # It has no direction from which it could turn.
+        # Without area it has no normal that could turn.
         return now >= was
-    turned = x * p + y * q + z * r < MERGE_TURN * np.sqrt(before * after)
+    turned = x * p + y * q + z * r < COLLAPSE_COSINE * np.sqrt(before * after)
     return not turned and (now > floor or now > was)
 
 
 @njit(cache=True)
 def flip_edges(points, start, twin, out, valence, faces, even):
-    """Flip edges where that helps.
+    """Flip edges that have a better alternative.
 
-    even : towards six edges at each vertex, else towards angles that are not obtuse (Delaunay).
+    even : towards six edges at each vertex; otherwise towards the Delaunay criterion.
     """
     for h in range(3 * faces):
         if start[h] < 0 or h > twin[h]:
@@ -199,7 +202,7 @@ def _off(valence, change):
 
 @njit(cache=True)
 def _obtuse(u, v, a, b, points):
-    """Tell whether the angles at a and b, opposite the edge uv, sum up to over 180 degrees."""
+    """Return whether the angles at a and b, opposite the edge uv, sum to more than 180 degrees."""
     return _cotangent(a, u, v, points) + _cotangent(b, v, u, points) < -1e-3
 
 
@@ -213,8 +216,8 @@ def _cotangent(a, b, c, points):
 
 @njit(cache=True)
 def _may_flip(u, v, a, b, points):
-    """Tell whether the edge ab is as good on the surface as uv."""
-    if squared_length(a, b, points) > LONGEST * LONGEST:
+    """Return whether the edge ab fits the surface about as well as uv."""
+    if squared_length(a, b, points) > LONGEST_EDGE * LONGEST_EDGE:
         return False
     x, y, z = cross_edges(u, v, a, points)
     p, q, r = cross_edges(v, u, b, points)
@@ -230,8 +233,8 @@ def _may_flip(u, v, a, b, points):
     first, second = x * nx + y * ny + z * nz, p * nx + q * ny + r * nz
     small = min(x * x + y * y + z * z, p * p + q * q + r * r)
     return (
-        first > TURN * size * np.sqrt(x * x + y * y + z * z)
-        and second > TURN * size * np.sqrt(p * p + q * q + r * r)
+        first > FLIP_COSINE * size * np.sqrt(x * x + y * y + z * z)
+        and second > FLIP_COSINE * size * np.sqrt(p * p + q * q + r * r)
         and small > 0.04
     )
 
@@ -262,7 +265,7 @@ def move_vertices(points, home, start, twin, out, count, old_points, old_start, 
             points[v, 1] + y - away * ny,
             points[v, 2] + z - away * nz,
         )
-        face, s, t = land(x, y, z, home[v], old_points, old_start, old_twin)
+        face, s, t = walk_to_closest(x, y, z, home[v], old_points, old_start, old_twin)
         x, y, z, before = points[v, 0], points[v, 1], points[v, 2], home[v]
         place(v, face, s, t, points, home, old_points, old_start)
         if _turned(v, nx, ny, nz, points, start, twin, out):
@@ -271,7 +274,7 @@ def move_vertices(points, home, start, twin, out, count, old_points, old_start, 
 
 @njit(cache=True)
 def _turned(v, nx, ny, nz, points, start, twin, out):
-    """Tell whether a face at v is a sliver or turned away from the normal it had."""
+    """Return whether a face at v is a sliver or turned away from the normal that v had."""
     h = out[v]
     while True:
         x, y, z = cross_edges(v, start[following(h)], start[preceding(h)], points)
@@ -285,11 +288,11 @@ def _turned(v, nx, ny, nz, points, start, twin, out):
 
 @njit(cache=True)
 def weights_at(points, home, old_points, old_start, old_twin):
-    """Bring ``home`` up to date; return the float32 weights ``(n, 3)`` of its corners."""
+    """Update ``home``; return the weights of its corners at each point, float32 ``(n, 3)``."""
     weights = np.empty((len(points), 3), dtype=np.float32)
     for v in range(len(points)):
         x, y, z = points[v, 0], points[v, 1], points[v, 2]
-        face, s, t = land(x, y, z, home[v], old_points, old_start, old_twin)
+        face, s, t = walk_to_closest(x, y, z, home[v], old_points, old_start, old_twin)
         home[v] = face
         weights[v, 0], weights[v, 1], weights[v, 2] = max(1 - s - t, 0.0), s, t
     return weights

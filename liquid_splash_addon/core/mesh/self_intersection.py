@@ -1,48 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces of a triangle mesh that cut through each other, and what to do about them."""
+"""Self-intersections: faces that cut through each other, found and undone."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from .geometry import cross_edges
+from ..numeric.cell_list import counting_sort
+from ..numeric.triangles import face_normals
 
-BOX = 1.4
-"""Edge of the boxes by which faces near each other are found, over the faces' mean size."""
+BOX_SIZE = 1.4
+"""Edge of the boxes in which nearby faces are found, over the faces' mean size."""
 
-MOST_BOXES = 1e7
-"""4 bytes each; they are larger where the mesh is far wider than its faces."""
+MOST_FACE_BOXES = 1e7
+"""Boxes of 4 bytes each; they are made larger if the mesh is far wider than its faces."""
 
-ALIKE = 0.8
-"""Cosine of the angle between faces that are not compared, which saves two thirds of the time:
-sheets that pass each other look opposite ways, and a fold turns its faces over."""
+ALIKE_COSINE = 0.8
+"""Cosine above which faces are taken to look the same way and are not compared, which saves two
+thirds of the time: sheets that pass through each other face opposite ways, and a fold turns its
+faces over."""
 
-ROUNDS = 12
-"""Most times that :func:`take_back` looks again."""
+MOST_RETREATS = 12
+"""Times that :func:`take_back` shortens moves and looks again."""
 
-KEPT = 0.6
-"""Share of its move that a vertex keeps each time."""
+KEPT_SHARE = 0.6
+"""Share of its move that a vertex at a crossing keeps each time."""
 
 
 def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return ``moved`` vertices ``(n, 3)``, less far from ``before`` where faces would cross.
+    """Return ``moved`` vertices ``(n, 3)``, nearer to ``before`` wherever faces would cross.
 
-    Where a sheet or a gap is thinner than the moves of its sides, these pass each other. Such
-    places are few: only faces that cross, and those around them, give way, bit by bit.
+    Where a sheet or a gap is thinner than the moves of its two sides, they pass through each
+    other. Such places are few: only faces that cross, and their neighbours, go back step by step.
 
-    before : ``(n, 3)``, where no faces cross; faces : int ``(m, 3)``.
+    before : ``(n, 3)``, without crossing faces; faces : int ``(m, 3)``.
     """
     share = np.ones((len(moved), 1))
     there = moved
-    for _ in range(ROUNDS):
+    for _ in range(MOST_RETREATS):
         crossed = crossing_faces(there, faces)
         if not crossed.any():
             break
         touched = np.zeros(len(moved), dtype=bool)
         touched[faces[crossed]] = True
         touched[faces[touched[faces].any(axis=1)]] = True
-        share[touched] *= KEPT
+        share[touched] *= KEPT_SHARE
         there = before + share * (moved - before)
     return there
 
@@ -50,10 +52,10 @@ def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.nd
 def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return which faces cut through another one, bool ``(m,)``.
 
-    Faces with a common edge do not count: they could only lie on each other. Nor do faces that
-    look the same way, see ALIKE.
+    Faces with a common edge do not count, as they could only overlap. Nor do faces that look the
+    same way, see ALIKE_COSINE.
 
-    vertices : ``(n, 3)``; faces : int ``(m, 3)``, of much the same size.
+    vertices : ``(n, 3)``; faces : int ``(m, 3)``, of similar sizes.
     """
     crossed = np.zeros(len(faces), dtype=bool)
     if len(faces):
@@ -62,10 +64,13 @@ def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         points -= points.min(axis=0)
         bounds, mean = _bounds(points, faces)
         extent = points.max(axis=0)
-        side = max(BOX * mean, float(np.cbrt(np.prod(extent + mean) / MOST_BOXES)))
+        side = max(BOX_SIZE * mean, float(np.cbrt(np.prod(extent + mean) / MOST_FACE_BOXES)))
         size = tuple(int(n) + 1 for n in extent / side)
-        first, inside = _sort(bounds, np.float32(1 / side), size)
-        _find(points, faces, bounds, _normals(points, faces), first, inside, crossed)
+        keys, owners = _boxes(bounds, np.float32(1 / side), size)
+        order, first = counting_sort(keys, size[0] * size[1] * size[2])
+        inside = owners[order]
+        normals = face_normals(points, faces).astype(np.float32)
+        _find(points, faces, bounds, normals, first, inside, crossed)
     return crossed
 
 
@@ -85,47 +90,32 @@ def _bounds(points, faces):
 
 
 @njit(cache=True)
-def _normals(points, faces):
-    """Return unit normals, float32 ``(m, 3)``; 0 for a face without area."""
-    normals = np.empty((len(faces), 3), dtype=np.float32)
-    for f in range(len(faces)):
-        x, y, z = cross_edges(faces[f, 0], faces[f, 1], faces[f, 2], points)
-        scale = 1 / max(np.sqrt(x * x + y * y + z * z), 1e-30)
-        normals[f, 0], normals[f, 1], normals[f, 2] = scale * x, scale * y, scale * z
-    return normals
-
-
-@njit(cache=True)
-def _sort(bounds, scale, size):
-    """Return where each box begins, int32, and the faces whose bounds meet each box, int32.
+def _boxes(bounds, scale, size):
+    """Return the number of every box that a face's bounds meet, and that face, int32 each.
 
     scale : boxes to a unit of length; size : boxes along each axis.
     """
-    first = np.zeros(size[0] * size[1] * size[2] + 1, dtype=np.int32)
+    total = 0
+    for f in range(len(bounds)):
+        count = 1
+        for n in range(3):
+            count *= int(scale * bounds[f, 3 + n]) - int(scale * bounds[f, n]) + 1
+        total += count
+    keys, owners = np.empty(total, dtype=np.int32), np.empty(total, dtype=np.int32)
+    total = 0
     for f in range(len(bounds)):
         for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
             for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
                 for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
-                    first[(i * size[1] + j) * size[2] + k] += 1
-    total = np.int32(0)
-    for box in range(len(first)):
-        total += first[box]
-        first[box] = total
-    # Filled from the back: each begin ends up at the beginning.
-    inside = np.empty(total, dtype=np.int32)
-    for f in range(len(bounds)):
-        for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
-            for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
-                for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
-                    box = (i * size[1] + j) * size[2] + k
-                    first[box] -= 1
-                    inside[first[box]] = f
-    return first, inside
+                    keys[total] = (i * size[1] + j) * size[2] + k
+                    owners[total] = f
+                    total += 1
+    return keys, owners
 
 
 @njit(cache=True)
 def _find(points, faces, bounds, normals, first, inside, crossed):
-    alike = np.float32(ALIKE)
+    alike = np.float32(ALIKE_COSINE)
     for box in range(len(first) - 1):
         for p in range(first[box], first[box + 1]):
             f = inside[p]
@@ -147,7 +137,7 @@ def _find(points, faces, bounds, normals, first, inside, crossed):
 
 @njit(cache=True)
 def _cross(f, g, points, faces, normals):
-    """Tell whether two faces with at most a vertex in common cut through each other."""
+    """Return whether two faces with at most one common vertex cut through each other."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     d, e, h = faces[g, 0], faces[g, 1], faces[g, 2]
     # A common vertex comes first in both.
@@ -178,7 +168,7 @@ def _cross(f, g, points, faces, normals):
 
 @njit(cache=True, inline="always")
 def _one_side(f, a, d, e, h, apart, points, normals):
-    """Tell whether e and h, and d if it is ``apart`` from a, lie on one side of the face f at a."""
+    """Return whether e and h, and d unless it is a (``apart``), lie on one side of face f at a."""
     x, y, z = normals[f, 0], normals[f, 1], normals[f, 2]
     base = x * points[a, 0] + y * points[a, 1] + z * points[a, 2]
     second = x * points[e, 0] + y * points[e, 1] + z * points[e, 2] - base
@@ -190,7 +180,7 @@ def _one_side(f, a, d, e, h, apart, points, normals):
 
 @njit(cache=True)
 def _pierces(a, b, d, e, h, points):
-    """Tell whether the edge ab passes through the face deh."""
+    """Return whether the edge ab passes through the face deh."""
     if _volume(a, d, e, h, points) * _volume(b, d, e, h, points) >= 0:
         return False
     u, v, w = _volume(a, b, d, e, points), _volume(a, b, e, h, points), _volume(a, b, h, d, points)

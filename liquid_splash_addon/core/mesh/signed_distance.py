@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signed distance to triangle meshes on grids: the loops.
+"""Signed distance to triangle meshes on grids.
 
-Triangles are float64 ``(m, 3, 3)``: triangle, corner, axis; in cells, cell centres at whole
-numbers. A point is inside where the surfaces below it, counted with their orientation, do not
-cancel: the winding number of a closed mesh, which overlapping parts do not disturb.
+Triangles are float64 ``(m, 3, 3)``: triangle, corner, axis; in cells, with cell centres at whole
+numbers. A point is inside if the surfaces below it, counted with their orientation, do not cancel:
+that is the winding number of a closed mesh, and it allows for overlapping parts.
 """
 
 from __future__ import annotations
@@ -11,17 +11,19 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..numeric.triangles import cross_edges
+
 EXACT = 2.0
-"""Cells up to which every triangle is tried. Beyond, a cell tries those of its neighbours, which
-is right to a tenth of a cell, to a hundredth in the mean."""
+"""Cells up to which every triangle is tried. Farther cells try only the triangles of their
+neighbours, with errors of a hundredth of a cell on average and a tenth at most."""
 
 NUDGE = (2.718e-7, 3.142e-7)
-"""Cells by which the lines that count surfaces are aside of cell centres: modelled meshes like
-to have their edges just there."""
+"""Cells by which the vertical lines that count surfaces miss the cell centres, where modelled
+meshes often have their edges."""
 
 
 def distance_on_grid(triangles: np.ndarray, shape: tuple[int, ...], band: float) -> np.ndarray:
-    """Return the unsigned distance of cell centres, float32 ``shape``, at most ``band``, cells."""
+    """Return the unsigned distance of cell centres, float32 ``shape``, in cells, up to ``band``."""
     square = np.full(shape, band * band, dtype=np.float32)
     owner = np.full(shape, -1, dtype=np.int32)
     if len(triangles):
@@ -39,16 +41,17 @@ def winding_on_grid(triangles: np.ndarray, shape: tuple[int, int, int]) -> np.nd
 
 
 def bounds_of(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return least and greatest coordinates of triangles, ``(m, 3)`` each."""
+    """Return the least and greatest coordinates of triangles, ``(m, 3)`` each."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 @njit(cache=True)
-def relevant(least, greatest, low, high):
-    """Return bool ``(m,)``: triangles in a box, or below it, where they decide what is inside.
+def deciding_triangles(least, greatest, low, high):
+    """Return which triangles decide the signed distance in a box, bool ``(m,)``.
 
-    least, greatest : of :func:`bounds_of`; low, high : of the box, ``(3,)``.
+    They are those in it, and those below it, which decide what is inside.
+    least, greatest : see :func:`bounds_of`; low, high : corners of the box, ``(3,)``.
     """
     chosen = np.empty(len(least), dtype=np.bool_)
     for m in range(len(least)):
@@ -63,8 +66,8 @@ def relevant(least, greatest, low, high):
 
 
 @njit(cache=True, inline="always")
-def closest(px, py, pz, t):
-    """Return the point of triangle ``t`` ``(3, 3)`` nearest to p (Ericson 2005, 5.1.5)."""
+def closest_on_triangle(px, py, pz, t):
+    """Return the point of triangle ``t`` ``(3, 3)`` closest to p (Ericson 2005, 5.1.5)."""
     abx, aby, abz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
     acx, acy, acz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
     apx, apy, apz = px - t[0, 0], py - t[0, 1], pz - t[0, 2]
@@ -106,13 +109,13 @@ def closest(px, py, pz, t):
 
 @njit(cache=True, inline="always")
 def _square_to(px, py, pz, t):
-    x, y, z = closest(px, py, pz, t)
+    x, y, z = closest_on_triangle(px, py, pz, t)
     return (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2
 
 
 @njit(cache=True, inline="always")
 def _outside(p, low, high):
-    """Return how far p lies outside an interval."""
+    """Return how far p lies outside an interval, 0 inside."""
     return max(low - p, p - high, 0.0)
 
 
@@ -134,7 +137,7 @@ def _splat(triangles, reach, square, owner):
         if empty:
             continue
         # Along the normal's largest component only cells near the plane are looked at.
-        n = np.cross(t[1] - t[0], t[2] - t[0])
+        n = np.array(cross_edges(0, 1, 2, t))
         w = np.argmax(np.abs(n))
         u, v = (w + 1) % 3, (w + 2) % 3
         size = np.sqrt((n * n).sum())
@@ -165,10 +168,10 @@ def _splat(triangles, reach, square, owner):
 
 @njit(cache=True)
 def _spread(triangles, square, owner):
-    """Hand triangles on from cell to cell while that brings a cell nearer to the mesh."""
+    """Pass triangles on from cell to cell as long as a cell finds a closer one."""
     nx, ny, nz = square.shape
     flat = owner.reshape(-1)
-    # What can hand something on is not far from the cells that have been given nothing yet.
+    # Only cells near the end of the exact distances have neighbours without any.
     front = np.flatnonzero((flat >= 0) & (square.reshape(-1) > (EXACT - 1.5) ** 2))
     waiting = np.zeros(owner.size, dtype=np.bool_)
     following = np.empty(owner.size, dtype=np.int64)
@@ -197,10 +200,10 @@ def _spread(triangles, square, owner):
 
 @njit(cache=True, inline="always")
 def _side(ax, ay, bx, by, px, py):
-    """Return +1 or -1, the side of p beside the line from a to b; -1 times that from b to a.
+    """Return +1 or -1, the side of the line from a to b on which p lies; from b to a the opposite.
 
-    The two triangles at an edge meet it in opposite directions: computed from the same end,
-    rounding cannot put a point into both or neither.
+    The two triangles at an edge run along it in opposite directions: as it is always computed
+    from the same end, rounding cannot put a point into both of them or neither.
     """
     if ax < bx or (ax == bx and ay < by):
         return 1 if (bx - ax) * (py - ay) - (by - ay) * (px - ax) >= 0 else -1
@@ -208,8 +211,8 @@ def _side(ax, ay, bx, by, px, py):
 
 
 @njit(cache=True, inline="always")
-def crossing(t, px, py):
-    """Return the orientation, 0 where it misses, and the height at which a vertical line hits."""
+def vertical_hit(t, px, py):
+    """Return where a vertical line hits a triangle: its orientation, 0 for a miss, and height."""
     side = _side(t[0, 0], t[0, 1], t[1, 0], t[1, 1], px, py)
     if side != _side(t[1, 0], t[1, 1], t[2, 0], t[2, 1], px, py):
         return 0, 0.0
@@ -226,7 +229,7 @@ def crossing(t, px, py):
 
 @njit(cache=True)
 def _count(triangles, steps):
-    """Note at each cell how the winding number changes there, coming from below."""
+    """Add up at each cell how the winding number changes there, coming from below."""
     nx, ny, nz = steps.shape
     for m in range(len(triangles)):
         t = triangles[m]
@@ -236,7 +239,7 @@ def _count(triangles, steps):
             continue
         for i in range(max(int(left) - 1, 0), min(int(right) + 2, nx)):
             for j in range(max(int(front) - 1, 0), min(int(back) + 2, ny)):
-                side, height = crossing(t, i + NUDGE[0], j + NUDGE[1])
+                side, height = vertical_hit(t, i + NUDGE[0], j + NUDGE[1])
                 if side:
                     k = np.int64(np.ceil(min(max(height, 0.0), nz - 1.0)))
                     steps[i, j, k] -= side

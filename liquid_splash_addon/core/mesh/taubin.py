@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces without the staircase of their cells (Taubin 1995)."""
+"""Smoothing that removes the staircase of the voxels (Taubin 1995)."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ SMOOTHING_STEPS = 12
 def taubin_smoothed(
     vertices: np.ndarray, faces: np.ndarray, iterations: int = SMOOTHING_STEPS
 ) -> np.ndarray:
-    """Return vertices ``(n, 3)`` without the voxels' staircase (Taubin 1995).
+    """Return vertices ``(n, 3)``, float64, without the staircase of the voxels (Taubin 1995).
 
-    Each iteration moves vertices towards their neighbours' mean and then a little further
-    back: steps of a cell vanish while volume, and so thin sheets and small drops, stay. Where
-    faces would cross, they stay nearer to where they were.
+    Each iteration moves vertices towards their neighbours' mean and then a little further back:
+    steps of a cell vanish while volume stays, and with it thin sheets and small drops. Where faces
+    would cross, vertices move less.
 
-    faces : int ``(m, 3)``; none cross.
+    faces : int ``(m, 3)``, none crossing another.
     """
     mean = neighbour_mean(faces, len(vertices))
     moved = vertices.astype(np.float64)
@@ -39,7 +39,7 @@ def taubin_smoothed(
 
 
 def neighbour_mean(faces: np.ndarray, count: int) -> csr_matrix:
-    """Return the matrix that gives each vertex the mean of its neighbours, ``(count, count)``."""
+    """Return the sparse matrix ``(count, count)`` that averages each vertex's neighbours."""
     from scipy.sparse import diags
 
     links = edge_counts(faces, count)

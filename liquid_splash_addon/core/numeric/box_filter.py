@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Means over the cubes of cells around a few cells."""
+"""Means over cubes of cells, taken around a few cells only."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .threads import in_parts
 
 
 def mean_around(values: np.ndarray, cells: np.ndarray, reach: int) -> np.ndarray:
-    """Return the mean of those values around each cell that are not negative, float32 ``(n,)``.
+    """Return the mean of the non-negative values around each cell, float32 ``(n,)``.
 
     NaN where there are none. values : float32 ``(X, Y, Z)``; cells : ``(n, 3)``; reach : cells
-    to each side, as far as the array goes.
+    to each side; the cube is clipped at the array's walls.
     """
     mean = np.empty(len(cells), dtype=np.float32)
     in_parts(len(cells), lambda a, b: _mean(values, cells[a:b], reach, mean[a:b]))

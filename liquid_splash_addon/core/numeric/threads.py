@@ -15,25 +15,27 @@ from typing import TypeVar
 
 Found = TypeVar("Found")
 
-MOST = 4
-"""More threads than that wait for memory."""
+MOST_THREADS = 4
+"""More threads than this only wait for memory."""
 
 
 @cache
 def workers() -> ThreadPoolExecutor:
     """Return the threads, started at first use."""
-    return ThreadPoolExecutor(min(os.cpu_count() or 1, MOST), "liquid-splash")
+    return ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_THREADS), "liquid-splash")
 
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=workers.cache_clear)  # threads stay with the parent
 
 
-def in_parts(count: int, work: Callable[[int, int], Found], parts: int = MOST) -> list[Found]:
-    """Return ``work(begin, end)`` of ``parts`` ranges that make up ``range(count)``, in order.
+def in_parts(
+    count: int, work: Callable[[int, int], Found], parts: int = MOST_THREADS
+) -> list[Found]:
+    """Return ``work(begin, end)`` for ``parts`` ranges that make up ``range(count)``, in order.
 
-    work : compiled with ``nogil``, or nothing is gained. How many parts there are does not
-    depend on the machine, so that results do not.
+    work : compiled with ``nogil``, or the threads wait for each other. The number of parts does
+    not depend on the machine, so neither do results.
     """
     ends = [count * part // parts for part in range(parts + 1)]
     return list(workers().map(work, ends[:-1], ends[1:]))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that liquid keeps out of; imports mesh and below."""
+"""Meshes that the liquid keeps out of; imports mesh and the rooms before it."""

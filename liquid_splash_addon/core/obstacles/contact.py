@@ -7,21 +7,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .obstacles import SHELL, Obstacle, depth_of_points
+from ..numeric.triangles import face_normals
+from .obstacles import SHELL_CELLS, Obstacle, depth_of_points
 
-REACH = 1.5
-"""Cells up to which the way out of an obstacle is looked for at first: most do not reach deeper."""
+FIRST_REACH = 1.5
+"""Depth in cells up to which the way out of an obstacle is searched at first: few lie deeper."""
 
 DEEPEST = 100.0
-"""Cells up to which it is looked for at all."""
+"""Depth in cells up to which it is searched at all."""
 
-CLEAR = 1e-3
-"""Cells that a vertex may lie too deep."""
+DEPTH_TOLERANCE = 1e-3
+"""Cells by which a vertex may lie too deep."""
 
-ROUNDS = 8
-"""Most attempts to unfold the triangles that were pushed together."""
+MOST_UNFOLDINGS = 8
+"""Most attempts to unfold triangles that were pushed together."""
 
-PASSES = 30
+MOST_PASSES = 30
 """Most passes over several obstacles: the way out of one may lead into another."""
 
 
@@ -34,17 +35,19 @@ def push_out(
 ) -> np.ndarray:
     """Return the vertices ``(n, 3)`` of a mesh, those in an obstacle moved to its surface.
 
-    vertices, obstacles : in one unit, of which ``cell`` make a cell; offset : cells of air
-    around the obstacles. Vertices move the shortest way. Triangles that this turns over are
-    spread along the obstacle again.
+    Vertices move the shortest way. Triangles that this turns over are spread along the obstacle
+    again.
+
+    vertices, obstacles : in the same unit; cell : edge of a cell in it; offset : cells of air
+    around the obstacles.
     """
     before = vertices.astype(np.float64)
     moved = before.copy()
     touched = leave(moved, np.arange(len(moved)), obstacles, cell, offset)
     near = faces[np.isin(faces, touched).any(axis=1)]
-    facing = normals(before, near)
-    for _ in range(ROUNDS):
-        turned = (normals(moved, near) * facing).sum(axis=1) < 0
+    facing = face_normals(before, near)
+    for _ in range(MOST_UNFOLDINGS):
+        turned = (face_normals(moved, near) * facing).sum(axis=1) < 0
         if not turned.any():
             break
         spread = np.unique(near[turned])
@@ -62,10 +65,10 @@ def leave(
 ) -> np.ndarray:
     """Move the ``chosen`` of the points ``(n, 3)`` out of the obstacles, in place.
 
-    Returns the indices of those that have moved.
+    Returns the indices of those that moved.
     """
     every = chosen[:0]
-    for _ in range(PASSES if len(obstacles) > 1 else 1):
+    for _ in range(MOST_PASSES if len(obstacles) > 1 else 1):
         moved = [leave_one(points, chosen, obstacle, cell, offset) for obstacle in obstacles]
         chosen = np.unique(np.concatenate([every[:0], *moved]))
         every = np.union1d(every, chosen)
@@ -78,25 +81,19 @@ def leave_one(
     points: np.ndarray, chosen: np.ndarray, obstacle: Obstacle, cell: float, offset: float
 ) -> np.ndarray:
     """Move the ``chosen`` points out of one obstacle; see :func:`leave`."""
-    reach = REACH + offset
+    reach = FIRST_REACH + offset
     distance, nearest = depth_of_points(obstacle, points[chosen], cell, reach)
-    inner = distance < offset - CLEAR
+    inner = distance < offset - DEPTH_TOLERANCE
     chosen, distance, nearest = chosen[inner], distance[inner], nearest[inner]
     while (deep := distance <= -reach).any() and reach < DEEPEST:
         reach *= 4
         distance[deep], nearest[deep] = depth_of_points(obstacle, points[chosen[deep]], cell, reach)
     away = points[chosen] - nearest
     length = np.maximum(np.linalg.norm(away, axis=1), 1e-12 * cell)
-    side = distance + (0.0 if obstacle.solid else SHELL)
+    side = distance + (0.0 if obstacle.solid else SHELL_CELLS)
     step = np.where(side < 0, -1.0, 1.0) * (offset - distance) * cell / length
     points[chosen] += step[:, None] * away
     return chosen
-
-
-def normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the normals ``(m, 3)`` of faces, as long as twice their area."""
-    a, b, c = (vertices[faces[:, n]] for n in range(3))
-    return np.cross(b - a, c - a)
 
 
 def relax(vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray) -> None:

@@ -8,21 +8,43 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-APART = 0.75
-"""Least distance of two points over the edge of the cube that each stands for: darts still find
-room, and no two particles begin on top of each other."""
+LEAST_GAP = 0.75
+"""Least distance of two points over the edge of the cube that each represents: darts still find
+free places, and no two particles begin on top of each other."""
 
 PATTERNS = 8
-"""Different balls of each count; each use is turned at random."""
+"""Different balls for each count; every use is rotated at random."""
 
 
 @lru_cache(maxsize=512)
 def ball(count: int, pattern: int) -> np.ndarray:
-    """Return ``count`` points in the unit ball, float32 ``(count, 3)``; one of PATTERNS."""
+    """Return ``count`` points in the unit ball, float32 ``(count, 3)``.
+
+    pattern : which of the PATTERNS balls of this count.
+    """
     points = np.empty((count, 3), dtype=np.float32)
     spacing = (4 / 3 * np.pi / count) ** (1 / 3)
-    _throw(points, np.float32(APART * spacing), np.random.default_rng(pattern % PATTERNS))
+    _throw(points, np.float32(LEAST_GAP * spacing), np.random.default_rng(pattern % PATTERNS))
     return points
+
+
+def balls_around(
+    points: np.ndarray, radii: np.ndarray, counts: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return particles that fill a ball around each of ``points`` ``(m, 3)``.
+
+    radii, counts : ``(m,)``, of the balls, and their particles. Returns positions, float32
+    ``(n, 3)``, spacing, float32 ``(n,)``, the edge of the cube that each represents, and group,
+    int32 ``(n,)``, the number of its ball.
+    """
+    parts = [np.zeros((0, 3))]
+    parts += [
+        ball(int(count), int(rng.integers(PATTERNS))) @ random_turn(rng) * radius + point
+        for point, radius, count in zip(points, radii, counts, strict=True)
+    ]
+    group = np.repeat(np.arange(len(points), dtype=np.int32), counts)
+    spacing = (radii * (4 / 3 * np.pi / counts) ** (1 / 3)).astype(np.float32)
+    return np.concatenate(parts).astype(np.float32), spacing[group], group
 
 
 @njit(cache=True)
@@ -45,13 +67,13 @@ def _throw(points, apart, rng):
             placed, missed = placed + 1, 0
         else:
             missed += 1
-            if missed > 20000:  # an unlucky beginning left no room: a little closer, then
+            if missed > 20000:  # an unlucky start left no place: allow a little closer
                 apart *= 0.95
                 missed = 0
 
 
 def random_turn(rng: np.random.Generator) -> np.ndarray:
-    """Return a rotation ``(3, 3)``, all equally likely (Shoemake 1992)."""
+    """Return a rotation matrix ``(3, 3)``, uniformly distributed (Shoemake 1992)."""
     w, x, y, z = (q := rng.normal(size=4)) / np.linalg.norm(q)
     return np.array(
         [

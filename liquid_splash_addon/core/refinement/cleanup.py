@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Specks of liquid that belong to nothing."""
+"""Specks of liquid, removed."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from ..liquid.level_set import LevelSet
 from .detail import Detail
 from .settings import CleanupSettings
 
-AWAY = 1.0
-"""Level, in cells, of the air where a speck was."""
+SPECK_LEVEL = 1.0
+"""Level in cells of the air where a speck was."""
 
 
 def remove_specks(liquid: LevelSet, settings: CleanupSettings) -> Detail:
-    """Return the splash without the pieces of liquid (cells that share a face) below the volume."""
+    """Return the splash without pieces of liquid smaller than the least volume.
+
+    Cells that share a face belong to one piece.
+    """
     from scipy.ndimage import label
 
     piece, count = label(liquid.level < 0)
     sizes = np.bincount(piece.ravel(), minlength=count + 1)
     small = sizes < settings.volume
     small[0] = False
-    out = np.where(small[piece], np.float32(AWAY), liquid.level)
+    out = np.where(small[piece], np.float32(SPECK_LEVEL), liquid.level)
     clean = replace(liquid, level=out)
     warnings = []
     if count and not (out < 0).any():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What one step of refinement leaves."""
+"""The result of one step of refinement."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Detail:
     Attributes
     ----------
     liquid : the splash, with the drops that merged with it
-    gained : volume that the step added, cells^3, free drops included; negative if it took some
+    gained : volume that the step added, cells^3, free drops included; negative if it removed some
     warnings : sentences for the user
-    cloud : drops that the step made and that fly free
+    cloud : drops of this step that fly free
     """
 
     liquid: LevelSet

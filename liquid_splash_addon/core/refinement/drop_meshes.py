@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drops that fly free: a point each, and round meshes for those that a grid can hold."""
+"""Drops that fly free: a point for each, and round meshes of those that a grid can resolve."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import neighbour_mean
+from ..numeric.triangles import signed_volumes
 from .particle_level import FINER, FineLevel, fill_atlas
-from .settings import SMALLEST
+from .settings import SMALLEST_RADIUS
 
-SMOOTHING = 8
-"""Steps against the staircase and the particles' bumps."""
+DROP_SMOOTHING_STEPS = 8
+"""Smoothing steps that remove the staircase of the voxels and the bumps of the particles."""
 
-ROUNDED = 1.6
-"""Radius in cells up to which cohesion 1 makes a drop a ball. Larger ones, which swing for longer
-than they have flown, keep more of their shape."""
+ROUND_RADIUS = 1.6
+"""Radius in cells up to which cohesion 1 makes a drop a ball. Larger ones, which oscillate for
+longer than they have flown, keep more of their shape."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,10 @@ class DropCloud:
     ----------
     positions : float32 ``(n, 3)``, metres
     velocities : float32 ``(n, 3)``, m/s
-    radii : float32 ``(n,)``, metres, of balls of the same volume
-    meshed : bool ``(n,)``, which of them are in ``mesh``: those of SMALLEST cells or more
+    radii : float32 ``(n,)``, metres, of balls of the drops' volumes
+    meshed : bool ``(n,)``, which of them are in ``mesh``: those from SMALLEST_RADIUS on
     mesh : their surfaces, metres
-    owner : int32, the drop of each vertex of the mesh
+    owner : int32 ``(vertices,)``, the drop of each vertex of the mesh
     """
 
     positions: np.ndarray
@@ -45,7 +46,7 @@ class DropCloud:
 
     @classmethod
     def empty(cls) -> DropCloud:
-        """Return no drops."""
+        """Return a cloud without drops."""
         none = np.zeros((0, 3), dtype=np.float32)
         nobody = np.zeros(0, dtype=np.int32)
         return cls(none, none, none[:, 0], np.zeros(0, dtype=bool), Mesh.empty(), nobody)
@@ -56,7 +57,7 @@ class DropCloud:
         return float(4 / 3 * np.pi * (self.radii.astype(np.float64) ** 3).sum())
 
     def joined(self, other: DropCloud) -> DropCloud:
-        """Return the drops of both."""
+        """Return the drops of both clouds."""
         return DropCloud(
             np.concatenate([self.positions, other.positions]),
             np.concatenate([self.velocities, other.velocities]),
@@ -67,7 +68,7 @@ class DropCloud:
         )
 
     def only(self, kept: np.ndarray) -> DropCloud:
-        """Return the drops that are ``kept``, bool ``(n,)``."""
+        """Return the drops for which ``kept``, bool ``(n,)``, is true."""
         stays = kept[self.owner]
         number = np.cumsum(stays) - 1
         faces = number[self.mesh.faces[stays[self.mesh.faces[:, 0]]]].astype(np.int32)
@@ -84,23 +85,23 @@ def drop_cloud(
 ) -> DropCloud:
     """Return the drops that are not ``merged``, bool ``(drops + 1,)``.
 
-    label : int32 ``(n,)``, the drop of each fine cell; grid : the splash's; cohesion : 0..1,
-    how far it has rounded them.
+    label : int32 ``(n,)``, the drop of each fine cell, -1 for air; grid : the splash's;
+    cohesion : 0..1, how far it has rounded the drops.
     """
     free = np.flatnonzero(~merged[:-1])
     if not len(free):
         return DropCloud.empty()
     number = np.full(len(merged), -1)
     number[free] = np.arange(len(free))
-    own = number[label]  # label -1 finds the last entry, -1
+    own = number[label]  # label -1 takes the last entry, which is -1
     inside = own >= 0
     drop = own[inside]
     weight = np.clip(0.5 - fine.level[inside], 0, 1)
     places = fine.cells.coordinates[inside] + fine.start + 0.5
-    centre = means(places, drop, weight) / FINER
-    velocity = means(fine.velocity[inside], drop, weight)
+    centre = weighted_means(places, drop, weight) / FINER
+    velocity = weighted_means(fine.velocity[inside], drop, weight)
     radii = drop_radii(fine, own)
-    meshed = radii >= SMALLEST
+    meshed = radii >= SMALLEST_RADIUS
     mesh, owner = mesh_drops(
         fine, own, np.flatnonzero(meshed), grid, velocity * grid.spacing, cohesion
     )
@@ -115,14 +116,14 @@ def drop_cloud(
 
 
 def drop_radii(fine: FineLevel, label: np.ndarray) -> np.ndarray:
-    """Return the radius, cells, of a ball of each drop's volume; label : see :func:`drop_cloud`."""
+    """Return radii in cells of a ball of each drop's volume; label : see :func:`drop_cloud`."""
     inside = label >= 0
     volume = np.bincount(label[inside], np.clip(0.5 - fine.level[inside], 0, 1))
     return np.asarray(np.cbrt(0.75 / np.pi * np.maximum(volume, 1e-6)) / FINER)
 
 
-def means(values: np.ndarray, group: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Return the weighted means of ``values`` ``(n, 3)`` of each group, ``(groups, 3)``."""
+def weighted_means(values: np.ndarray, group: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the weighted mean of ``values`` ``(n, 3)`` in each group, ``(groups, 3)``."""
     total = np.maximum(np.bincount(group, weight), 1e-9)
     columns = [np.bincount(group, weight * values[:, axis]) / total for axis in range(3)]
     return np.stack(columns, axis=1)
@@ -138,15 +139,15 @@ def mesh_drops(
 ) -> tuple[Mesh, np.ndarray]:
     """Return the surfaces of ``drops`` (numbers in ``label``), and the drop of each vertex.
 
-    Their boxes of fine cells stand side by side in one array, air between them.
+    Their boxes of fine cells are placed side by side in one array, with air between them.
 
-    velocity : ``(k, 3)``, m/s, of each number; cohesion : see :func:`drop_cloud`.
+    velocity : ``(k, 3)``, m/s, of each number in ``label``; cohesion : see :func:`drop_cloud`.
     """
     from skimage.measure import marching_cubes
 
     if not len(drops):
         return Mesh.empty(), np.zeros(0, dtype=np.int32)
-    low, high = boxes(fine, label, drops)
+    low, high = drop_boxes(fine, label, drops)
     sizes = high - low
     offsets = np.concatenate([[0], sizes[:, 0].cumsum()])
     atlas = np.full((offsets[-1], *sizes[:, 1:].max(axis=0)), AIR, dtype=np.float32)
@@ -165,8 +166,10 @@ def mesh_drops(
     return mesh, owner
 
 
-def boxes(fine: FineLevel, label: np.ndarray, drops: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first cell, and that after the last, of each drop's box with air around it."""
+def drop_boxes(
+    fine: FineLevel, label: np.ndarray, drops: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first cell and the one after the last of each drop's box, with air around it."""
     wanted = np.isin(label, drops)
     order = np.searchsorted(drops, label[wanted])
     places = fine.cells.coordinates[wanted].astype(np.int64)
@@ -180,34 +183,32 @@ def boxes(fine: FineLevel, label: np.ndarray, drops: np.ndarray) -> tuple[np.nda
 def rounded(
     vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray, cohesion: float
 ) -> np.ndarray:
-    """Return vertices ``(n, 3)`` (fine cells) of smoother, rounder drops of the old volume.
+    """Return vertices ``(n, 3)`` (fine cells) of smoother, rounder drops of the same volumes.
 
-    Each drop is stretched along its principal axes towards a ball: smoothing alone would draw a
-    flat or long one out into a thread. drop : ``(n,)``, the drop of each vertex, from 0 on.
+    Each drop is scaled along its principal axes towards a ball: smoothing alone would draw flat
+    or long ones out into threads. drop : ``(n,)``, the drop of each vertex, from 0 on.
     """
     mean = neighbour_mean(faces, len(vertices))
-    before = volumes(vertices, faces, drop)
+    before = drop_volumes(vertices, faces, drop)
     moved = vertices
-    for _ in range(SMOOTHING):
+    for _ in range(DROP_SMOOTHING_STEPS):
         moved = 0.5 * (moved + mean @ moved)
-    offsets = moved - means(moved, drop, np.ones(len(moved)))[drop]
+    offsets = moved - weighted_means(moved, drop, np.ones(len(moved)))[drop]
     centre = moved - offsets
     products = (offsets[:, :, None] * offsets[:, None, :]).reshape(-1, 9)
     spread = [np.bincount(drop, column) for column in products.T]
     squares, axes = np.linalg.eigh(np.stack(spread, axis=1).reshape(-1, 3, 3))
     radii = np.cbrt(0.75 / np.pi * np.maximum(before, 1e-9)) / FINER
-    share = cohesion * np.minimum(ROUNDED / radii, 1.0)
+    share = cohesion * np.minimum(ROUND_RADIUS / radii, 1.0)
     scale = np.maximum(squares, 1e-9) ** (-0.5 * share[:, None])
     turned = np.einsum(
         "nij,nj->ni", (axes * scale[:, None, :])[drop], np.einsum("nij,ni->nj", axes[drop], offsets)
     )
-    after = volumes(turned, faces, drop)
+    after = drop_volumes(turned, faces, drop)
     growth = np.cbrt(np.maximum(before, 1e-9) / np.maximum(after, 1e-12))
     return centre + growth[drop, None] * turned
 
 
-def volumes(vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray) -> np.ndarray:
-    """Return the volume within each drop's faces, ``(drops,)``, by the divergence theorem."""
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    sixth = (np.cross(a, b) * c).sum(axis=1) / 6
-    return np.bincount(drop[faces[:, 0]], sixth, drop.max() + 1)
+def drop_volumes(vertices: np.ndarray, faces: np.ndarray, drop: np.ndarray) -> np.ndarray:
+    """Return the volume inside each drop's faces, ``(drops,)``, in the vertices' unit cubed."""
+    return np.bincount(drop[faces[:, 0]], signed_volumes(vertices, faces), drop.max() + 1)

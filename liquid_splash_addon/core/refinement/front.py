@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a splash would break: the points that eq. 4 of the paper chooses."""
+"""Where a splash would break up: points chosen by eq. 4 of the paper."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from numba import njit
 from ..liquid.fields import PHI_CELLS
 from ..liquid.level_set import LevelSet
 
-BAND = 0.4
-"""phi_band, Table 2: 1.6 cells."""
+FRONT_BAND = 0.4
+"""phi_band of Table 2, in units of phi: 1.6 cells."""
 
-FLOOR = 1e-3
-"""Least gradient of the distance, Laplacian and curvature that counts, cell units: their
-logarithms and quotients stay finite."""
+LEAST_MEASURE = 1e-3
+"""Least Laplacian and curvature that count, in cells: their logarithms stay finite."""
 
-BLUR = 0.7
-"""Cells over which the distance is smoothed before its curvature is taken: a voxel is no edge."""
+DISTANCE_BLUR = 0.7
+"""Cells over which the distance is smoothed before its curvature is taken, so that voxels do not
+count as edges."""
 
 
 def band_cells(liquid: LevelSet, inside: bool) -> np.ndarray:
-    """Return the cells ``(n, 3)`` of the band of eq. 4, in the liquid or in the air beside it.
+    """Return the cells ``(n, 3)`` in the band of eq. 4, of the liquid or of the air beside it.
 
-    Cells at the grid's walls are left out: they have no differences.
+    Cells at the grid's walls are left out, as central differences need both neighbours.
     """
-    depth = BAND * PHI_CELLS
+    depth = FRONT_BAND * PHI_CELLS
     if liquid.box is None:
         return np.zeros((0, 3), dtype=np.int64)
     level = liquid.distance[liquid.box]
@@ -35,27 +35,28 @@ def band_cells(liquid: LevelSet, inside: bool) -> np.ndarray:
 
 
 def break_measure(liquid: LevelSet, cells: np.ndarray, alpha: float, beta: float) -> np.ndarray:
-    """Return the logarithm of eq. 4's left side at ``cells`` ``(n, 3)``, float32 ``(n,)``.
+    """Return the logarithm of the left side of eq. 4 at ``cells`` ``(n, 3)``, float32 ``(n,)``.
 
-    alpha log |Laplacian u| + beta log |mean curvature of phi|, both in cells; the factor that
-    units would bring is the same everywhere and goes into the threshold.
+    alpha log |Laplacian u| + beta log |curvature of phi|, both in cells: other units would add the
+    same everywhere, and only the order counts.
     """
     from scipy.ndimage import gaussian_filter
 
     smooth = liquid.distance
     if liquid.box is not None:
         smooth = smooth.copy()
-        smooth[liquid.box] = gaussian_filter(smooth[liquid.box], BLUR)
-    shaking = np.empty(len(cells), dtype=np.float32)
-    bend = np.empty(len(cells), dtype=np.float32)
-    _measure(smooth, liquid.velocity, cells, shaking, bend)
+        smooth[liquid.box] = gaussian_filter(smooth[liquid.box], DISTANCE_BLUR)
+    turbulence = np.empty(len(cells), dtype=np.float32)
+    curvature = np.empty(len(cells), dtype=np.float32)
+    _measure(smooth, liquid.velocity, cells, turbulence, curvature)
     return np.asarray(
-        alpha * np.log(np.maximum(shaking, FLOOR)) + beta * np.log(np.maximum(bend, FLOOR))
+        alpha * np.log(np.maximum(turbulence, LEAST_MEASURE))
+        + beta * np.log(np.maximum(curvature, LEAST_MEASURE))
     )
 
 
 @njit(cache=True)
-def _measure(distance, velocity, cells, shaking, bend):
+def _measure(distance, velocity, cells, turbulence, curvature):
     d = np.empty((3, 3, 3), dtype=np.float32)
     for n in range(len(cells)):
         i, j, k = cells[n, 0], cells[n, 1], cells[n, 2]
@@ -65,14 +66,14 @@ def _measure(distance, velocity, cells, shaking, bend):
             around = u[i - 1, j, k] + u[i + 1, j, k] + u[i, j - 1, k]
             around += u[i, j + 1, k] + u[i, j, k - 1] + u[i, j, k + 1]
             square += (around - 6 * u[i, j, k]) ** 2
-        shaking[n] = np.sqrt(square)
+        turbulence[n] = np.sqrt(square)
         d[:] = distance[i - 1 : i + 2, j - 1 : j + 2, k - 1 : k + 2]
-        bend[n] = abs(_curvature(d))
+        curvature[n] = abs(_curvature(d))
 
 
 @njit(cache=True)
 def _curvature(d):
-    """Return div(grad d / |grad d|) in the middle of 3^3 cells."""
+    """Return div(grad d / |grad d|) at the middle of 3^3 cells."""
     x = 0.5 * (d[2, 1, 1] - d[0, 1, 1])
     y = 0.5 * (d[1, 2, 1] - d[1, 0, 1])
     z = 0.5 * (d[1, 1, 2] - d[1, 1, 0])
@@ -85,17 +86,17 @@ def _curvature(d):
     yz = 0.25 * (d[1, 2, 2] - d[1, 2, 0] - d[1, 0, 2] + d[1, 0, 0])
     top = xx * (y * y + z * z) + yy * (x * x + z * z) + zz * (x * x + y * y)
     top -= 2 * (x * y * xy + x * z * xz + y * z * yz)
-    slope = max(np.sqrt(x * x + y * y + z * z), 0.1)
-    return top / slope**3
+    size = max(np.sqrt(x * x + y * y + z * z), 0.1)
+    return top / size**3
 
 
 def choose(
     cells: np.ndarray, measure: np.ndarray, amount: float, apart: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return stratified random points ``(m, 3)``, cells, among those of the greatest measure.
+    """Return stratified random points ``(m, 3)``, cells, in the cells of the greatest measure.
 
-    gamma is the measure that the share ``amount`` of the cells exceeds. One point is drawn in
-    each stratum, a cube of edge ``apart`` cells, that holds such cells.
+    gamma of eq. 4 is the measure that a share ``amount`` of the cells exceeds. One point is drawn
+    in each stratum, a cube with an edge of ``apart`` cells, that holds any of them.
     """
     count = round(amount * len(cells))
     if count == 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drops as a signed distance: on cells half as large, and only where there are particles."""
+"""Drops as a signed distance, on cells half as large and only where there are particles."""
 
 from __future__ import annotations
 
@@ -10,40 +10,40 @@ from numba import njit
 
 from ..fluid.cells import Cells, activate, find
 from ..liquid.fields import AIR
-from .pbf import Drops
+from .pbf import PbfParticles
 
 FINER = 2
-"""Fine cells along a cell."""
+"""Fine cells along the edge of a cell."""
 
-REACH = 4.0
+DROP_KERNEL_REACH = 4.0
 """Reach of a particle's weight over its spacing."""
 
-RADIUS = 1.18
+DROP_PARTICLE_RADIUS = 1.18
 """Distance of the surface from the weighted mean of the particles near it, over their spacing:
-a ball of 100 to 400 particles then has the volume that they stand for, within 5 %."""
+a ball of 100 to 400 particles then has the volume that they represent, within 5 %."""
 
-LOOSE, DENSE = 0.12, 0.22
-"""Shares of the space around that particles fill. Those of a drop fill over a quarter at its
-surface. Where they fill less, they have flown apart, and the mean of those around is no place
-where one of them is: the surface then is also that of balls around the particles."""
+LOOSE_SHARE, DENSE_SHARE = 0.12, 0.22
+"""Shares of the space around a point that particles fill. Those of a drop fill over a quarter at
+its surface. Where they fill less, they have flown apart, and none of them may be near their mean:
+the surface must then also lie within balls around the particles."""
 
-ALONE, TOGETHER = 0.62, 1.4
-"""Radii of these balls over the spacing: from the volume that a particle stands for, where it is
-LOOSE, to more than a drop's surface is away from them."""
+LOOSE_RADIUS, DENSE_RADIUS = 0.62, 1.4
+"""Radii of these balls over the spacing: from that of a particle's volume at LOOSE_SHARE to
+one that reaches beyond a drop's surface at DENSE_SHARE."""
 
-LAYERS = 4
-"""Fine cells around the particles that get a distance."""
+AIR_LAYERS = 4
+"""Layers of fine cells around the particles that get a distance."""
 
 
 @dataclass(frozen=True)
 class FineLevel:
-    """The surface of particles on sparse fine cells.
+    """The surface of particles, on sparse fine cells.
 
     Attributes
     ----------
-    cells : the fine cells, numbered; positions count from ``start``
-    start : int ``(3,)``, fine cell of the splash's grid at which ``cells`` begin
-    level : float32 ``(n,)``, fine cells, negative in the drops
+    cells : the fine cells; their coordinates count from ``start``
+    start : int ``(3,)``, fine cell of the splash's grid at which they begin
+    level : float32 ``(n,)``, in fine cells, negative in the drops
     velocity : float32 ``(n, 3)``, cells per second, of the particles near each cell
     """
 
@@ -53,20 +53,23 @@ class FineLevel:
     velocity: np.ndarray
 
     @classmethod
-    def of(cls, drops: Drops) -> FineLevel:
-        """Return the surface of ``drops`` (Zhu and Bridson 2005, with particles of many sizes)."""
-        fine = drops.positions * FINER
-        # An even start, so that every cell of the splash's grid is eight whole fine ones.
-        start = (np.floor(fine.min(axis=0)).astype(np.int64) - LAYERS - 2) // FINER * FINER
+    def of(cls, particles: PbfParticles) -> FineLevel:
+        """Return the surface of ``particles`` (Zhu and Bridson 2005, for various sizes)."""
+        fine = particles.positions * FINER
+        # An even start, so that every cell of the splash's grid consists of eight fine ones.
+        start = (np.floor(fine.min(axis=0)).astype(np.int64) - AIR_LAYERS - 2) // FINER * FINER
         placed = (fine - start).astype(np.float32)
-        x, y, z = (int(n) + LAYERS + 3 for n in placed.max(axis=0))
-        cells = activate(placed, (x, y, z), LAYERS)
+        x, y, z = (int(n) + AIR_LAYERS + 3 for n in placed.max(axis=0))
+        cells = activate(placed, (x, y, z), AIR_LAYERS)
         sums = np.zeros((len(cells.coordinates), 11), dtype=np.float32)
         _accumulate(
-            placed, drops.spacing * FINER, drops.velocities, cells.table, cells.leaves, sums
+            placed, particles.spacing * FINER, particles.velocities, cells.table, cells.leaves, sums
         )
         known = np.maximum(sums[:, :1], 1e-12)
-        level = np.linalg.norm(sums[:, 1:4] / known, axis=1) - RADIUS * sums[:, 4] / known[:, 0]
+        level = (
+            np.linalg.norm(sums[:, 1:4] / known, axis=1)
+            - DROP_PARTICLE_RADIUS * sums[:, 4] / known[:, 0]
+        )
         level = np.maximum(level, _balls(*sums[:, 8:].T))
         level[sums[:, 0] <= 0] = AIR
         return cls(cells, start, level.astype(np.float32), sums[:, 5:8] / known)
@@ -76,9 +79,10 @@ class FineLevel:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the level on the splash's grid of ``shape`` cells.
 
-        drawn : bool ``(n,)``, the fine cells that count. Returns the numbers of the cells, flat
-        ``(m,)``, their level in cells ``(m,)`` and velocity ``(m, 3)``; each is the mean of its
-        fine cells, and cells with fewer than eight of them are left out.
+        Returns the flat indices ``(m,)`` of the cells, their level in cells ``(m,)`` and velocity
+        ``(m, 3)``: means of their fine cells. Cells with fewer than eight of those are left out.
+
+        drawn : bool ``(n,)``, the fine cells that count.
         """
         coordinates = (self.cells.coordinates + self.start) // FINER
         inside = drawn & ((coordinates >= 0) & (coordinates < shape)).all(axis=1)
@@ -94,7 +98,7 @@ class FineLevel:
         )
 
     def components(self) -> np.ndarray:
-        """Return which drop each fine cell belongs to, int32 ``(n,)``, from 0 on; -1: air."""
+        """Return which drop each fine cell belongs to, int32 ``(n,)``, from 0 on; -1 for air."""
         label = np.arange(len(self.level), dtype=np.int32)
         _join(self.level, self.cells.neighbours, label)
         roots = np.flatnonzero((label == np.arange(len(label))) & (self.level < 0))
@@ -104,31 +108,31 @@ class FineLevel:
 
 
 def _balls(weight: np.ndarray, nearest: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """Return the distance ``(n,)`` to the ball around the nearest particle, see TOGETHER.
+    """Return the distance ``(n,)`` to the ball around the nearest particle, in fine cells.
 
-    weight : sum of the particles' weights; nearest : the largest of them, before it is cubed;
+    weight : sum of the particles' weights; nearest : cube root of the largest of them;
     spacing : of that particle, fine cells.
     """
-    # The weight's integral over its reach, a ball, is 64 pi / 315 of the cube of the reach.
-    filled = 315 / (64 * np.pi * REACH**3) * weight
-    share = np.clip((filled - LOOSE) / (DENSE - LOOSE), 0, 1)
-    distance = REACH * np.sqrt(np.clip(1 - nearest, 0, 1))
-    return np.asarray((distance - ALONE - share * (TOGETHER - ALONE)) * spacing)
+    # The weight's integral over the ball of its reach is 64 pi / 315 of the cube of the reach.
+    filled = 315 / (64 * np.pi * DROP_KERNEL_REACH**3) * weight
+    share = np.clip((filled - LOOSE_SHARE) / (DENSE_SHARE - LOOSE_SHARE), 0, 1)
+    distance = DROP_KERNEL_REACH * np.sqrt(np.clip(1 - nearest, 0, 1))
+    return np.asarray((distance - LOOSE_RADIUS - share * (DENSE_RADIUS - LOOSE_RADIUS)) * spacing)
 
 
 @njit(cache=True, fastmath=True)
 def _accumulate(positions, spacing, velocities, table, leaves, sums):
-    """Add what each particle brings to the cells in its reach.
+    """Add the weights of each particle to the cells in its reach.
 
-    sums : float32 ``(n, 11)``: weight by volume, with it offset (3), spacing and velocity (3);
-    then the mere weight, and the nearest particle's: before it is cubed, and its spacing.
-    All in single precision: one double among them would make the loop all double, and slower.
+    sums : float32 ``(n, 11)``: weight times volume, and that times offset (3), spacing and
+    velocity (3); then the weight alone, and the cube root of the nearest particle's and its
+    spacing. All in single precision: one double would make the whole loop double, and slower.
     """
     one, half = np.float32(1), np.float32(0.5)
     for p in range(len(positions)):
         x, y, z = positions[p, 0] - half, positions[p, 1] - half, positions[p, 2] - half
         i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-        reach = np.float32(REACH) * spacing[p]
+        reach = np.float32(DROP_KERNEL_REACH) * spacing[p]
         span = int(np.ceil(reach))
         scale = one / (reach * reach)
         volume = spacing[p] ** 3
@@ -183,7 +187,7 @@ def _join(level, neighbours, label):
 
 @njit(cache=True)
 def fill_atlas(label, level, table, leaves, lows, sizes, offsets, atlas):
-    """Copy each drop's box of fine cells into its place in ``atlas``; other drops are left out.
+    """Copy each drop's box of fine cells into its place in ``atlas``, without other drops in it.
 
     lows, sizes : int ``(drops, 3)``, the boxes; offsets : ``(drops,)``, along the first axis.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Position-based fluids (Macklin and Mueller 2013) with cohesion (Akinci et al. 2013).
 
-Particles may differ in size: each stands for a cube of its own ``spacing``, and a pair meets
-with the mean of both kernels. All lengths are cells.
+Particles may differ in size: each represents a cube of its own ``spacing``, and a pair interacts
+by a kernel of their mean support. All lengths are in cells.
 """
 
 from __future__ import annotations
@@ -14,46 +14,45 @@ from numba import njit
 
 from .pairs import SUPPORT, find_pairs
 
-ITERATIONS = 2
-"""Of the density constraints, in each step. A squeezed drop is 0.3 % compressed afterwards."""
+DENSITY_ITERATIONS = 2
+"""Iterations of the density constraints in each step: a squeezed drop stays compressed by 0.3 %."""
 
 SOFTNESS = 0.05
 """Added to the constraint's denominator, in units of 1 / spacing^2: keeps it finite for particles
 with few neighbours (Macklin and Mueller, eq. 11)."""
 
-RELAXATION = 0.6
-"""Share of each constraint's own correction that is made: all act at once on the same particles,
-and whole ones would overshoot, which is speed out of nothing."""
+DENSITY_RELAXATION = 0.6
+"""Share of each constraint's correction that is applied: all act on the same particles at once, and
+together would overshoot and create speed out of nothing."""
 
 MOST_MOVE = 0.3
-"""Spacings that a particle is moved at most by one iteration."""
+"""Most spacings by which one iteration moves a particle."""
 
-PULL = 0.05
-"""Spacings by which cohesion 1 moves a particle in one step for each unit of its kernel."""
+COHESION_MOVE = 0.05
+"""Spacings by which cohesion 1 moves a particle in one step, per unit of its kernel."""
 
-GATHER = 0.12
+GATHER_SHARE = 0.12
 """Share of the way back to its drop's ball that cohesion 1 moves a particle in one step."""
 
 VISCOSITY = 0.1, 0.5
-"""XSPH: share of the neighbours' mean velocity that a particle takes over in each step, at
-cohesion 0 and 1: what holds a drop together also evens out the flow within it."""
-
+"""XSPH viscosity: share of its neighbours' mean velocity that a particle adopts in each step, at
+cohesion 0 and 1. What holds a drop together also evens out the flow within it."""
 
 HALF, ONE, TWO, THREE, SIX = (np.float32(n) for n in (0.5, 1, 2, 3, 6))
-REACH, FACTOR = np.float32(SUPPORT), np.float32(8 / np.pi)
+SUPPORT_32, FACTOR = np.float32(SUPPORT), np.float32(8 / np.pi)
 PEAK, TINY = np.float32(64), np.float32(1e-9)
-"""In single precision: one double among them makes a compiled loop all double, and slower."""
+"""Constants in single precision: one double makes a whole compiled loop double, and slower."""
 
 
-class Drops(NamedTuple):
-    """Particles of liquid.
+class PbfParticles(NamedTuple):
+    """Particles of position-based fluids.
 
     Attributes
     ----------
     positions : float32 ``(n, 3)``, cells
     velocities : float32 ``(n, 3)``, cells per second
-    spacing : float32 ``(n,)``, edge of the cube of liquid that each stands for, cells
-    group : int32 ``(n,)``, the sample that each was made around
+    spacing : float32 ``(n,)``, edge of the cube of liquid that each represents, cells
+    group : int32 ``(n,)``, number of the sample point that each was made around
     """
 
     positions: np.ndarray
@@ -61,34 +60,34 @@ class Drops(NamedTuple):
     spacing: np.ndarray
     group: np.ndarray
 
-    def take(self, which: np.ndarray) -> Drops:
+    def take(self, which: np.ndarray) -> PbfParticles:
         """Return the particles that ``which`` (numbers or a bool mask) picks."""
-        return Drops(*(array[which] for array in self))
+        return PbfParticles(*(array[which] for array in self))
 
 
-def simulate(drops: Drops, steps: int, dt: float, cohesion: float) -> Drops:
-    """Return the particles ``steps`` times ``dt`` seconds later; no gravity, no walls.
+def simulate(particles: PbfParticles, steps: int, dt: float, cohesion: float) -> PbfParticles:
+    """Return the particles after ``steps`` steps of ``dt`` seconds, without gravity or walls.
 
-    cohesion : 0 (they disperse) to 1 (they gather to round drops within a few steps). It is a
-    speed per step, so that a look does not change with cell size or real size.
+    cohesion : from 0 (they disperse) to 1 (they gather into round drops within a few steps). It
+    acts per step, so that the look does not depend on cell size or real size.
     """
-    positions = drops.positions.astype(np.float32)
-    velocities = drops.velocities.astype(np.float32)
-    spacing = drops.spacing.astype(np.float32)
+    positions = particles.positions.astype(np.float32)
+    velocities = particles.velocities.astype(np.float32)
+    spacing = particles.spacing.astype(np.float32)
     viscosity = np.float32(VISCOSITY[0] + cohesion * (VISCOSITY[1] - VISCOSITY[0]))
-    settle(positions, spacing)
+    settle_particles(positions, spacing)
     for _ in range(steps):
         predicted = positions + np.float32(dt) * velocities
         first, second = find_pairs(predicted, spacing)
         if cohesion > 0:
-            _cohere(predicted, spacing, first, second, np.float32(cohesion * PULL))
-            predicted = gathered(predicted, spacing, drops.group, cohesion * GATHER)
-        for _ in range(ITERATIONS):
+            _cohere(predicted, spacing, first, second, np.float32(cohesion * COHESION_MOVE))
+            predicted = gathered(predicted, spacing, particles.group, cohesion * GATHER_SHARE)
+        for _ in range(DENSITY_ITERATIONS):
             _relax(predicted, spacing, first, second)
         velocities = (predicted - positions) / np.float32(dt)
         _share_velocity(predicted, spacing, first, second, viscosity, velocities)
         positions = predicted
-    return drops._replace(positions=positions, velocities=velocities)
+    return particles._replace(positions=positions, velocities=velocities)
 
 
 def gathered(
@@ -96,9 +95,9 @@ def gathered(
 ) -> np.ndarray:
     """Return ``positions`` with those outside the ball of their group moved back towards it.
 
-    The ball has the volume of the group's particles, around their mean. It is the part of
-    surface tension that forces between neighbours are too short to give within a few steps.
-    The group's mean stays.
+    The ball has the volume of the group's particles and lies around their mean, which stays. This
+    is the part of surface tension for which forces between neighbours do not reach far enough
+    within a few steps.
     """
     count = np.maximum(np.bincount(group), 1)
     centre = np.stack([np.bincount(group, x) / count for x in positions.T], axis=1)
@@ -110,15 +109,15 @@ def gathered(
     return (positions + back).astype(np.float32)
 
 
-def settle(positions: np.ndarray, spacing: np.ndarray) -> None:
-    """Move particles apart that begin too close to each other, in place; gives them no speed."""
+def settle_particles(positions: np.ndarray, spacing: np.ndarray) -> None:
+    """Move particles apart that start too close to each other, in place, without adding speed."""
     first, second = find_pairs(positions, spacing)
-    for _ in range(ITERATIONS):
+    for _ in range(DENSITY_ITERATIONS):
         _relax(positions, spacing, first, second)
 
 
 def densities(positions: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-    """Return the density of each particle over that at rest, float32 ``(n,)``."""
+    """Return the density at each particle over the rest density, float32 ``(n,)``."""
     first, second = find_pairs(positions, spacing)
     density = np.empty(len(positions), dtype=np.float32)
     _densities(positions, spacing, first, second, density)
@@ -127,14 +126,14 @@ def densities(positions: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, inline="always")
 def _kernel(q):
-    """Return the cubic spline at q = r / support, without its factor 8 / (pi support^3)."""
+    """Return the cubic spline at q = r / support, without the factor 8 / (pi support^3)."""
     if q < HALF:
         return ONE - SIX * q * q * (ONE - q)
     return TWO * (ONE - q) ** 3
 
 
 @njit(cache=True, inline="always")
-def _slope(q):
+def _kernel_derivative(q):
     """Return the derivative of :func:`_kernel`."""
     if q < HALF:
         return SIX * q * (THREE * q - TWO)
@@ -143,9 +142,9 @@ def _slope(q):
 
 @njit(cache=True, inline="always")
 def _spline(q):
-    """Return the attraction of Akinci's cohesion (eq. 2), scaled to a peak of 1 at q = 1/2.
+    """Return the attraction of Akinci's cohesion kernel (eq. 2), scaled to 1 at its peak, q = 1/2.
 
-    His repulsion of near pairs is left to the density constraints.
+    Its repulsion of near pairs is left to the density constraints.
     """
     return PEAK * (q * (ONE - q)) ** 3
 
@@ -170,22 +169,22 @@ def _densities(positions, spacing, first, second, density):
 
 @njit(cache=True, fastmath=True)
 def _relax(positions, spacing, first, second):
-    """One iteration: move the particles where the density is above that at rest, in place.
+    """Move particles apart where the density is above the rest density, in place: one iteration.
 
-    C_i = sum_j V_j W_ij - 1 <= 0, with masses V: the gradients below are those of particles
-    of different size; for equal ones they are the paper's (eqs. 8 to 12).
+    C_i = sum_j V_j W_ij - 1 <= 0, with masses V. The gradients are those for particles of
+    different sizes; for equal ones they are those of Macklin and Mueller (eqs. 8 to 12).
     """
     count, pairs = len(positions), len(first)
-    slopes = np.zeros((pairs, 3), dtype=np.float32)
+    gradients = np.zeros((pairs, 3), dtype=np.float32)
     own = np.zeros((count, 3), dtype=np.float32)
     squares = np.zeros(count, dtype=np.float32)
-    density = np.full(count, FACTOR / REACH**3, dtype=np.float32)
+    density = np.full(count, FACTOR / SUPPORT_32**3, dtype=np.float32)
     for n in range(pairs):
         i, j = first[n], second[n]
         x = positions[i, 0] - positions[j, 0]
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
-        support = HALF * REACH * (spacing[i] + spacing[j])
+        support = HALF * SUPPORT_32 * (spacing[i] + spacing[j])
         r = np.sqrt(x * x + y * y + z * z)
         q = r / support
         if q >= ONE or r < TINY:
@@ -195,9 +194,9 @@ def _relax(positions, spacing, first, second):
         w = scale * _kernel(q)
         density[i] += vj * w
         density[j] += vi * w
-        g = scale * _slope(q) / (support * r)
+        g = scale * _kernel_derivative(q) / (support * r)
         x, y, z = g * x, g * y, g * z
-        slopes[n, 0], slopes[n, 1], slopes[n, 2] = x, y, z
+        gradients[n, 0], gradients[n, 1], gradients[n, 2] = x, y, z
         square = x * x + y * y + z * z
         squares[i] += vj * square
         squares[j] += vi * square
@@ -212,7 +211,7 @@ def _relax(positions, spacing, first, second):
         volume = spacing[p] ** 3
         total = (own[p, 0] ** 2 + own[p, 1] ** 2 + own[p, 2] ** 2) / volume + squares[p]
         soft = SOFTNESS / spacing[p] ** 2 / volume
-        multiplier[p] = -RELAXATION * max(density[p] - 1.0, 0.0) / (total + soft)
+        multiplier[p] = -DENSITY_RELAXATION * max(density[p] - 1.0, 0.0) / (total + soft)
     move = own
     move[:] = 0
     for n in range(pairs):
@@ -221,8 +220,8 @@ def _relax(positions, spacing, first, second):
         a = multiplier[i] * vj / vi + multiplier[j]
         b = multiplier[j] * vi / vj + multiplier[i]
         for axis in range(3):
-            move[i, axis] += a * slopes[n, axis]
-            move[j, axis] -= b * slopes[n, axis]
+            move[i, axis] += a * gradients[n, axis]
+            move[j, axis] -= b * gradients[n, axis]
     _move(positions, spacing, move)
 
 
@@ -230,8 +229,9 @@ def _relax(positions, spacing, first, second):
 def _cohere(positions, spacing, first, second, strength):
     """Draw particles together (Akinci, eq. 1), in place.
 
-    A pair's moves are opposite and weighed by volume, so momentum is kept. His second term,
-    the difference of normals, is left out: with so few particles to a drop it drove them apart.
+    The moves of a pair are opposite and weighted by volume, so momentum is preserved. The second
+    term, the difference of normals, is left out: with so few particles in a drop it would drive
+    them apart.
     """
     move = np.zeros_like(positions)
     for n in range(len(first)):
@@ -241,7 +241,7 @@ def _cohere(positions, spacing, first, second, strength):
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
         r = np.sqrt(x * x + y * y + z * z)
-        q = r / (REACH * mean)
+        q = r / (SUPPORT_32 * mean)
         if q >= ONE or r < TINY:
             continue
         vi, vj = spacing[i] ** 3, spacing[j] ** 3
@@ -269,14 +269,14 @@ def _move(positions, spacing, move):
 
 @njit(cache=True, fastmath=True)
 def _share_velocity(positions, spacing, first, second, viscosity, velocities):
-    """XSPH viscosity (Macklin and Mueller, eq. 17), in place; momentum is kept."""
+    """Apply XSPH viscosity (Macklin and Mueller, eq. 17), in place; momentum is preserved."""
     change = np.zeros_like(velocities)
     for n in range(len(first)):
         i, j = first[n], second[n]
         x = positions[i, 0] - positions[j, 0]
         y = positions[i, 1] - positions[j, 1]
         z = positions[i, 2] - positions[j, 2]
-        support = HALF * REACH * (spacing[i] + spacing[j])
+        support = HALF * SUPPORT_32 * (spacing[i] + spacing[j])
         q = np.sqrt(x * x + y * y + z * z) / support
         if q >= ONE:
             continue

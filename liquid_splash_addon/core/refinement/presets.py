@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Named lists of refinements."""
+"""Presets: named lists of refinements."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .settings import (
 
 
 class Preset(NamedTuple):
-    """A list of refinements with a name."""
+    """A list of refinements, with what an interface shows of it."""
 
     label: str
     about: str

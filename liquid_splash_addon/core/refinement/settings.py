@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a user chooses for each kind of refinement. Needs none of the libraries that compute."""
+"""The settings of each kind of refinement; imports without any library that computes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import ClassVar
 
 from ..settings import Settings, setting
 
-STEP = 1 / 240
-"""Seconds of a step of the particles' simulation; four are made by default."""
+PARTICLE_STEP = 1 / 240
+"""Seconds of a step of the particles' simulation; the default flight takes four."""
 
-FEWEST, MOST = 100, 400
+SMALL_DROP_PARTICLES, LARGE_DROP_PARTICLES = 100, 400
 """Particles around a sample point (paper, 5.1): of the smallest and the largest drop."""
 
-SMALLEST, LARGEST = 0.75, 3.0
-"""Range of the radii that a grid can hold, cells; smaller drops are points of the cloud only."""
+SMALLEST_RADIUS, LARGEST_RADIUS = 0.75, 3.0
+"""Range of the radii that a grid can resolve, cells; smaller drops are only points of the cloud."""
 
 PARTICLES, MOST_PARTICLES = 50_000, 400_000
 
@@ -30,7 +30,7 @@ class RefinementSettings(Settings):
 
 @dataclass(frozen=True)
 class DropletSettings(RefinementSettings):
-    """What a user chooses for droplets."""
+    """The settings of droplets."""
 
     label: ClassVar[str] = "Droplets"
     about: ClassVar[str] = "Drops that break off at the fronts"
@@ -38,7 +38,7 @@ class DropletSettings(RefinementSettings):
     amount: float = setting(
         0.002,
         "Amount",
-        "Share of the cells under the surface from which drops come: the most curved and most "
+        "Share of the cells under the surface that throw off drops: the most curved and most "
         "turbulent ones",
         low=0.0,
         high=1.0,
@@ -48,14 +48,14 @@ class DropletSettings(RefinementSettings):
         1.3, "Size", "Mean radius of the drops in cells of the splash", low=0.3, high=3.0
     )
     spread: float = setting(
-        0.35, "Spread", "How much the sizes differ: 0 for drops of one size", low=0.0, high=1.0
+        0.35, "Spread", "How much the sizes vary (0: all the same)", low=0.0, high=1.0
     )
     flight: float = setting(
-        0.0167, "Flight", "Seconds that the drops have flown: how far they are",
+        0.0167, "Flight", "Time in seconds that the drops have flown: how far away they are",
         low=0.004, high=0.1,
     )  # fmt: skip
     cohesion: float = setting(
-        0.5, "Cohesion", "How much drops keep together: 0 for spray, 1 for round drops",
+        0.5, "Cohesion", "How strongly drops hold together: 0 for spray, 1 for round drops",
         low=0.0, high=1.0,
     )  # fmt: skip
     turbulence: float = setting(
@@ -65,15 +65,17 @@ class DropletSettings(RefinementSettings):
         4.0, "Curvature", "Weight of the curvature of the surface (beta)", low=2.0, high=8.0
     )
     particles: int = setting(
-        PARTICLES, "Most Particles", "Bound on time and memory: about 1 kB each",
-        low=FEWEST, high=MOST_PARTICLES,
+        PARTICLES, "Most Particles", "Limit on time and memory: about 1 kB each",
+        low=SMALL_DROP_PARTICLES, high=MOST_PARTICLES,
     )  # fmt: skip
-    seed: int = setting(0, "Seed", "Which of all possible drops", low=0, high=2**31 - 1)
+    seed: int = setting(
+        0, "Seed", "Number that picks one of the possible sets of drops", low=0, high=2**31 - 1
+    )
 
 
 @dataclass(frozen=True)
 class RuptureSettings(RefinementSettings):
-    """What a user chooses for ruptures."""
+    """The settings of ruptures."""
 
     label: ClassVar[str] = "Ruptures"
     about: ClassVar[str] = "Air that has broken into the fronts"
@@ -83,21 +85,23 @@ class RuptureSettings(RefinementSettings):
         low=0.0, high=1.0, soft=0.2,
     )  # fmt: skip
     size: float = setting(
-        1.5, "Size", "Mean radius of the air in cells of the splash", low=0.75, high=3.0
+        1.5, "Size", "Mean radius of the air pockets in cells of the splash", low=0.75, high=3.0
     )
     spread: float = setting(
-        0.35, "Spread", "How much the sizes differ: 0 for one size", low=0.0, high=1.0
+        0.35, "Spread", "How much the sizes vary (0: all the same)", low=0.0, high=1.0
     )
     depth: float = setting(
-        0.0167, "Depth", "Seconds that the air is followed back: how deep it cuts",
+        0.0167, "Depth", "Time in seconds that air has cut in along the flow: how deep it goes",
         low=0.004, high=0.1,
     )  # fmt: skip
-    seed: int = setting(0, "Seed", "Which of all possible ruptures", low=0, high=2**31 - 1)
+    seed: int = setting(
+        0, "Seed", "Number that picks one of the possible sets of ruptures", low=0, high=2**31 - 1
+    )
 
 
 @dataclass(frozen=True)
 class WaveSettings(RefinementSettings):
-    """What a user chooses for capillary waves: the ranges are those of the paper's Table 2."""
+    """The settings of capillary waves, with the ranges of the paper's Table 2."""
 
     label: ClassVar[str] = "Waves"
     about: ClassVar[str] = "Capillary waves that run from the fronts"
@@ -146,7 +150,7 @@ class WaveSettings(RefinementSettings):
 
 @dataclass(frozen=True)
 class CleanupSettings(RefinementSettings):
-    """What a user chooses for cleaning up."""
+    """The settings of cleaning up."""
 
     label: ClassVar[str] = "Clean Up"
     about: ClassVar[str] = "Remove specks of liquid"
@@ -154,7 +158,7 @@ class CleanupSettings(RefinementSettings):
     volume: float = setting(
         30.0,
         "Least Volume",
-        "Pieces of liquid smaller than this go, in cells of the splash",
+        "Pieces of liquid smaller than this are removed, in cells of the splash",
         low=1.0,
         high=10_000.0,
     )

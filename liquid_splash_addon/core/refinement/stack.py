@@ -5,16 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from ..liquid.fields import Fields
 from ..liquid.level_set import LevelSet
 from ..mesh.marching_cubes import level_surface
 from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
-from ..obstacles.obstacles import Obstacle, carve, depth_of_points
+from ..obstacles.obstacles import Obstacle, carve, outside_obstacles
+from ..progress import Report, silent
 from .cleanup import remove_specks
 from .detail import Detail
 from .drop_meshes import DropCloud
@@ -29,19 +28,16 @@ from .settings import (
 )
 from .waves import WaveMesh, prepare, propagate, wave_edge
 
-if TYPE_CHECKING:
-    from ..progress import Report
-
-
 CHANGES: dict[type[RefinementSettings], Callable[[LevelSet, Any], Detail]] = {
     DropletSettings: add_droplets,
     RuptureSettings: add_ruptures,
     CleanupSettings: remove_specks,
 }
-"""What changes the liquid. Waves come last, wherever they stand: they move the finished mesh."""
+"""The steps that change the liquid. Waves come last, wherever they stand in the list: they move the
+finished mesh."""
 
 OFFSET = 0.25
-"""Cells of air between liquid and obstacles: their faces would flicker in a render otherwise."""
+"""Cells of air between liquid and obstacles: faces in the same place would flicker in a render."""
 
 Steps = tuple[RefinementSettings, ...]
 
@@ -54,7 +50,7 @@ class Refined:
     ----------
     mesh : the surface, free drops included
     cloud : the drops that fly free
-    gained : volume that each step added, over that of the splash before any
+    gained : volume that each step added, over that of the unrefined splash
     warnings : sentences for the user
     """
 
@@ -65,15 +61,15 @@ class Refined:
 
 
 def liquid_steps(steps: Sequence[RefinementSettings]) -> Steps:
-    """Return those of ``steps`` that change the liquid: all but the waves."""
+    """Return the steps that change the liquid: all but the waves."""
     return tuple(step for step in steps if type(step) in CHANGES)
 
 
 class Refiner:
-    """Refines one splash, as often as its list changes.
+    """Refines one splash, again whenever its list changes.
 
-    What the last list made is kept as far as the next one begins alike, so that a change of one
-    step evaluates that step and those after it.
+    The results of the last list are kept up to the first step that differs, so that a change of one
+    step evaluates only that step and those after it.
     """
 
     def __init__(
@@ -83,7 +79,7 @@ class Refiner:
         obstacles: Sequence[Obstacle] = (),
         offset: float = OFFSET,
     ) -> None:
-        """Take a splash, and what it keeps out of.
+        """Take a splash and its obstacles.
 
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
         cells of air around them.
@@ -97,12 +93,11 @@ class Refiner:
     def refine(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Refined:
         """Return the splash after ``steps``; without any, its bare surface.
 
-        Obstacles are carved out after droplets and ruptures and before the waves, which are
-        then pushed out again. Raises ObstacleError where that leaves nothing.
-
-        report : see ``pipeline.Report``.
+        Obstacles are carved out after droplets and ruptures. Waves follow, and vertices that they
+        move into an obstacle are pushed out again. Raises ObstacleError if no liquid is left, and
+        whatever ``report`` raises.
         """
-        report = report or (lambda stage, share: None)
+        report = report or silent
         solid = liquid_steps(steps)
         waves = tuple(step for step in steps if isinstance(step, WaveSettings))
         count = len(steps) + 1
@@ -122,12 +117,12 @@ class Refiner:
         return Refined(mesh, cloud, gained, warnings)
 
     def liquid(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Detail:
-        """Return what :meth:`refine` makes its mesh of: the liquid before the waves, and the drops.
+        """Return what :meth:`refine` makes its mesh from: the liquid without waves, and the drops.
 
-        Obstacles are carved out. Raises ObstacleError where that leaves nothing.
+        Obstacles are carved out. Raises ObstacleError if no liquid is left.
         """
         solid = liquid_steps(steps)
-        details = self._run(solid, report or (lambda stage, share: None), len(solid) + 1)
+        details = self._run(solid, report or silent, len(solid) + 1)
         return Detail(
             carve(details[-1].liquid, self.obstacles, self.offset),
             sum(detail.gained for detail in details),
@@ -138,7 +133,7 @@ class Refiner:
     def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
         """Return the splash before and after each of the ``solid`` steps.
 
-        count : stages of the whole evaluation, for the report.
+        count : number of stages of the whole evaluation, for the report.
         """
         details = [self.base]
         for number, step in enumerate(solid):
@@ -155,7 +150,7 @@ class Refiner:
         return cloud
 
     def _change(self, before: Detail, steps: Steps) -> Detail:
-        """Return the splash after the last of ``steps``, taken from the last run if it is there."""
+        """Return the splash after the last of ``steps``, kept from the last run if possible."""
         if steps not in self._details:
             change = CHANGES[type(steps[-1])]
             self._details[steps] = change(before.liquid, steps[-1])
@@ -172,7 +167,7 @@ class Refiner:
     def _waves(
         self, mesh: Mesh, step: WaveSettings, before: Steps
     ) -> tuple[Mesh, float, list[str]]:
-        """Return the mesh with waves, the share of volume that they added, and warnings."""
+        """Return the mesh with waves, the share by which they changed the volume, and warnings."""
         spacing = self.base.liquid.grid.spacing
         edge = wave_edge(mesh, step, spacing)
         if self._ready is None or self._ready[0] != (before, edge):
@@ -181,16 +176,12 @@ class Refiner:
         return moved, about.volume_change, about.warnings
 
     def _outside(self, cloud: DropCloud) -> DropCloud:
-        """Return the drops whose middle is not in an obstacle."""
-        kept = np.ones(len(cloud.radii), dtype=bool)
-        for obstacle in self.obstacles if len(kept) else ():
-            cell = self.base.liquid.grid.spacing
-            depth, _ = depth_of_points(obstacle, cloud.positions, cell, self.offset + 1)
-            kept &= depth > self.offset
-        return cloud.only(kept)
+        """Return the drops whose centre is outside all obstacles."""
+        cell = self.base.liquid.grid.spacing
+        return cloud.only(outside_obstacles(cloud.positions, self.obstacles, cell, self.offset))
 
     def _pushed_out(self, mesh: Mesh) -> Mesh:
-        """Return the mesh without vertices in an obstacle."""
+        """Return the mesh with vertices in obstacles pushed out of them."""
         if not self.obstacles or not len(mesh.faces):
             return mesh
         cell = self.base.liquid.grid.spacing
@@ -198,6 +189,6 @@ class Refiner:
         return replace(mesh, vertices=vertices)
 
     def _forget(self, steps: Steps) -> None:
-        """Drop what the next run is not likely to begin with: each is tens of megabytes."""
+        """Forget results that the next run is unlikely to start with: each takes tens of MB."""
         kept = {steps[:number] for number in range(1, len(steps) + 1)}
         self._details = {key: value for key, value in self._details.items() if key in kept}

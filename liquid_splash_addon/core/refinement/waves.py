@@ -8,61 +8,61 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from ..mesh.geometry import enclosed, face_areas, vertex_normals
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
-from ..mesh.local_thickness import room
+from ..mesh.local_thickness import thickness_and_clearance
 from ..mesh.mesh import Mesh
 from ..mesh.remeshing import isotropic
+from ..numeric.triangles import enclosed_volume, face_areas, vertex_normals
 from .settings import WaveSettings
 
-FRAME = 1 / 60
-"""Seconds in which the paper's damping coefficient acts once."""
+DAMPING_TIME = 1 / 60
+"""Seconds after which the paper's damping coefficient has acted once: a frame."""
 
 EDGES_PER_WAVE = 6
-"""Edges that a wavelength needs at least."""
+"""Least number of edges in a wavelength."""
 
 MOST_TRIANGLES = 250_000
-"""Triangles that finer edges than a cell may lead to."""
+"""Triangles up to which edges may be finer than a cell."""
 
-MOST_STEPS = 400
-"""Steps of one propagation."""
+MOST_WAVE_STEPS = 400
+"""Most steps of one propagation."""
 
-BLUR = 1.0
-"""Width of the Gaussian by which curvature is smoothed, cells."""
+CURVATURE_BLUR = 1.0
+"""Width of the Gaussian that smooths the curvature, cells."""
 
-CLAMP = 0.5
+CURVATURE_CLAMP = 0.5
 """Largest mean curvature that counts, 1 / cells: a rim two cells thick has it."""
 
-QUIET = 0.15
-"""Share of the clamp below which curvature makes no waves: they come from fronts, and not from
-every unevenness of a sheet."""
+QUIET_SHARE = 0.15
+"""Share of the clamp below which curvature makes no waves: they come from fronts, not from every
+unevenness of a sheet."""
 
-ROOM = 3.0
-"""Distance, in cells, within which the surface's other parts limit the waves."""
+CLEARANCE_REACH = 3.0
+"""Distance in cells within which other parts of the surface limit the waves."""
 
-ROOM_SHARE = 0.45
-"""Share of the room that waves may take: below half, a sheet stays apart from itself even where
-both sides move, and a fold keeps its orientation."""
+CLEARANCE_SHARE = 0.45
+"""Share of the local thickness and clearance that waves may take: below half, the sides of a sheet
+stay apart even if both move, and a fold keeps its orientation."""
 
 STEP_SHARE = 0.98
-"""Share of the largest stable time step that is taken."""
+"""Share of the largest stable time step that is used."""
 
 
 @dataclass(frozen=True)
 class WaveMesh:
-    """A mesh ready for waves; it depends on the edge alone, not on the other settings.
+    """A mesh prepared for waves; it depends on the edge length, not on the other settings.
 
     Attributes
     ----------
     mesh : even triangles, local metres
-    edge : their target length, metres
+    edge : target length of their edges, metres
     spacing : the grid's cell, metres
     operator : the mesh's Laplacian
     normals : float32 ``(n, 3)``, unit, outward
-    curvature : float32 ``(n,)``, smoothed mean curvature over its clamp, -1..1, less QUIET
+    curvature : float32 ``(n,)``, smoothed mean curvature over its clamp, -1..1, QUIET_SHARE off
     inward, outward : float32 ``(n,)``, how far waves may move a vertex, metres
     piece : int32 ``(n,)``, number of the connected piece
-    areas : float64 ``(n,)``, a third of the faces around, squared metres
+    areas : float64 ``(n,)``, a third of the area of the faces around, m^2
     """
 
     mesh: Mesh
@@ -79,13 +79,13 @@ class WaveMesh:
 
 @dataclass(frozen=True)
 class WaveReport:
-    """What became of the settings.
+    """The waves that were made.
 
     Attributes
     ----------
-    wavelength, reach : metres, as they were made
+    wavelength, reach : metres, as far as the mesh and the number of steps allow
     steps : of the propagation
-    volume_change : share of the volume that the waves added
+    volume_change : volume that the waves added, over that of the mesh
     warnings : sentences for the user
     """
 
@@ -105,11 +105,10 @@ def add_waves(mesh: Mesh, settings: WaveSettings, spacing: float) -> tuple[Mesh,
 
 
 def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
-    """Return the edge length (m) that the settings ask for: a cell, or a sixth of a wavelength.
+    """Return the edge length (m) that the settings need: a cell or a sixth of a wavelength.
 
-    It goes down in steps of sqrt(2), so that most changes of a slider need no new mesh, and
-    never so far that there are more than MOST_TRIANGLES. A :class:`WaveMesh` of this edge can
-    be kept.
+    It is reduced in steps of sqrt(2), so that most changes of a slider need no new
+    :class:`WaveMesh`, and not so far that there would be more than MOST_TRIANGLES.
     """
     edge, wanted = spacing, settings.wavelength / EDGES_PER_WAVE
     area = float(face_areas(mesh.vertices, mesh.faces).sum())
@@ -119,7 +118,7 @@ def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
 
 
 def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
-    """Return ``mesh`` remeshed to ``edge`` (m) with all that does not depend on the sliders.
+    """Return ``mesh`` remeshed to ``edge`` (m), with all that does not depend on the sliders.
 
     spacing : the grid's cell, metres. Raises NotClosedError.
     """
@@ -130,12 +129,12 @@ def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
     operator = laplacian(remeshed.vertices, even.faces, edge)
     normals = vertex_normals(remeshed.vertices, even.faces)
     curvature = mean_curvature(operator, remeshed.vertices, normals)
-    curvature = operator.diffuse(curvature, BLUR * spacing) * (spacing / CLAMP)
-    # Of the old mesh, whose vertices are never more than a cell apart nor many.
+    curvature = operator.diffuse(curvature, CURVATURE_BLUR * spacing) * (spacing / CURVATURE_CLAMP)
+    # Of the old mesh: its vertices are never more than a cell apart, and not too many.
     old_normals = vertex_normals(mesh.vertices, mesh.faces)
-    sides = room(mesh.vertices, old_normals, ROOM * spacing)
+    sides = thickness_and_clearance(mesh.vertices, old_normals, CLEARANCE_REACH * spacing)
     inward, outward = (
-        operator.diffuse(ROOM_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
+        operator.diffuse(CLEARANCE_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
     )
     areas = np.bincount(
         even.faces.reshape(-1),
@@ -149,15 +148,15 @@ def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
 
 
 def _seed(curvature: np.ndarray) -> np.ndarray:
-    loud = np.clip((np.abs(curvature) - QUIET) / (1 - QUIET), 0, 1)
+    loud = np.clip((np.abs(curvature) - QUIET_SHARE) / (1 - QUIET_SHARE), 0, 1)
     return np.asarray(np.copysign(loud, curvature), dtype=np.float32)
 
 
 def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveReport]:
     """Return the mesh with its vertices moved along their normals by the waves, and a report.
 
-    No piece gains or loses volume by what its curvature has in common: a drop would only
-    breathe. Sheets are not pierced (ROOM_SHARE). Topology and velocities stay.
+    The mean over each connected piece is removed: it would only make a drop swell and shrink.
+    Sheets are not pierced (CLEARANCE_SHARE). Topology and velocities stay the same.
     """
     mesh = prepared.mesh
     wavelength = max(settings.wavelength, EDGES_PER_WAVE * prepared.edge / 1.001)
@@ -167,9 +166,12 @@ def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveRep
         return mesh, WaveReport(wavelength, reach, 0, 0.0)
     drive = np.sin(2 * np.pi * settings.speed / wavelength * step * np.arange(steps + 1))
     intensity = _intensity(prepared, settings.speed, np.diff(drive), step, kept)
-    moved = _within_room(prepared, settings.amplitude * intensity)
+    moved = _within_clearance(prepared, settings.amplitude * intensity)
     vertices = (mesh.vertices + moved[:, None] * prepared.normals).astype(np.float32)
-    volume, before = enclosed(vertices, mesh.faces), enclosed(mesh.vertices, mesh.faces)
+    volume, before = (
+        enclosed_volume(vertices, mesh.faces),
+        enclosed_volume(mesh.vertices, mesh.faces),
+    )
     report = WaveReport(
         wavelength, reach, steps, volume / max(before, 1e-30) - 1,
         _warnings(settings, wavelength, reach),
@@ -178,27 +180,27 @@ def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveRep
 
 
 def time_steps(prepared: WaveMesh, settings: WaveSettings) -> tuple[float, int, float]:
-    """Return the length (s) and number of steps for the waves' reach, and the damping of one.
+    """Return length (s) and number of the steps for the waves' reach, and the damping of one step.
 
-    Eq. 7 is stable while (c dt)^2 times the largest eigenvalue is below 2 (1 + zeta), zeta
-    being that of one step: a shorter step only makes it larger.
+    Eq. 7 is stable if (c dt)^2 times the largest eigenvalue is below 2 (1 + zeta), with the zeta
+    of one step, which a shorter step only makes larger.
     """
     longest = 2 / (settings.speed * np.sqrt(max(prepared.operator.bound, 1e-12)))
-    least = settings.damping ** (longest / FRAME)
+    least = settings.damping ** (longest / DAMPING_TIME)
     longest *= STEP_SHARE * np.sqrt((1 + least) / 2)
     duration = settings.reach / settings.speed
-    steps = min(int(np.ceil(duration / longest)), MOST_STEPS)
+    steps = min(int(np.ceil(duration / longest)), MOST_WAVE_STEPS)
     step = min(longest, duration / max(steps, 1))
-    return float(step), steps, float(settings.damping ** (step / FRAME))
+    return float(step), steps, float(settings.damping ** (step / DAMPING_TIME))
 
 
 def _intensity(
     prepared: WaveMesh, speed: float, drive: np.ndarray, step: float, kept: float
 ) -> np.ndarray:
-    """Return the waves' intensity, float32 ``(n,)``, 1 being that of the most curved places.
+    """Return the waves' intensity, float32 ``(n,)``; 1 is that of the most curved places.
 
-    A piece's mean and its waves do not act on each other, so taking the mean off at the end is
-    the same as taking it off the curvature.
+    The mean of a piece and its waves do not interact, so removing the mean at the end is the same
+    as removing it from the curvature.
     """
     operator = prepared.operator
     rho = np.zeros(len(prepared.curvature), dtype=np.float32)
@@ -213,7 +215,7 @@ def _intensity(
 
 @njit(cache=True, fastmath=True)
 def leapfrog(rho, rate, first, near, rows, curvature, drive, step, speed, kept):
-    """Advance intensity ``rho`` and its ``rate`` by eqs. 5 and 7, one step for each of ``drive``.
+    """Advance intensity ``rho`` and its ``rate`` by eqs. 5 and 7, one step per entry of ``drive``.
 
     drive : sin(omega t + omega dt) - sin(omega t); kept : zeta of one step.
     """
@@ -230,8 +232,8 @@ def leapfrog(rho, rate, first, near, rows, curvature, drive, step, speed, kept):
             rate[v] = kept * rate[v] + pull * total
 
 
-def _within_room(prepared: WaveMesh, wanted: np.ndarray) -> np.ndarray:
-    """Return movements (m) that stay below the room, close to those wanted where there is room."""
+def _within_clearance(prepared: WaveMesh, wanted: np.ndarray) -> np.ndarray:
+    """Return movements (m) that stay below the limits, and close to ``wanted`` far below them."""
     limit = np.maximum(np.where(wanted > 0, prepared.outward, prepared.inward), 1e-9)
     return np.asarray(limit * np.tanh(wanted / limit), dtype=np.float32)
 
@@ -241,11 +243,11 @@ def _warnings(settings: WaveSettings, wavelength: float, reach: float) -> list[s
     if wavelength > 1.01 * settings.wavelength:
         found.append(
             f"Waves of {1000 * settings.wavelength:.0f} mm are too short for a mesh of this size: "
-            f"they are {1000 * wavelength:.0f} mm long (raise Speed or lower Frequency)"
+            f"they were made {1000 * wavelength:.0f} mm long (raise Speed or lower Frequency)"
         )
     if reach < 0.99 * settings.reach:
         found.append(
             f"The waves reach {1000 * reach:.0f} mm instead of {1000 * settings.reach:.0f} mm: "
-            "farther would take too long"
+            "going farther would take too long"
         )
     return found

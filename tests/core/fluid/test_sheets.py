@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Splitting and merging keep what must be kept and do what they are for."""
+"""Splitting and merging preserve volume and momentum and sample sheets evenly."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from liquid_splash_addon.core.fluid.cells import activate, sort_by_cell
 from liquid_splash_addon.core.fluid.density import crowding, volume_share
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.sheets import (
-    LEAST,
-    SPACING,
+    LEAST_VOLUME,
+    PARTICLE_SPACING,
     largest_stretch,
     merge,
     resample_sheets,
@@ -19,9 +19,9 @@ from liquid_splash_addon.core.fluid.sheets import (
 BOX = (64, 64, 64)
 
 
-def sheet(spacing=SPACING, high=40):
+def sheet(spacing=PARTICLE_SPACING, high=40):
     """Return one layer of particles in the plane z = 32.25, drawn out along x."""
-    axis = np.arange(24, high, SPACING) + 0.25
+    axis = np.arange(24, high, PARTICLE_SPACING) + 0.25
     x = np.arange(24, high, spacing) + spacing / 2
     points = np.stack(np.meshgrid(x, axis, [32.25], indexing="ij"), axis=-1).reshape(-1, 3)
     return Particles.moving(points, np.array([1.0, 2.0, 3.0]), 1 / 8)
@@ -80,8 +80,8 @@ def test_a_stretched_sheet_is_filled_in_and_keeps_volume_and_momentum():
     assert len(particles.positions) > 1.5 * 16 * 2 * 16 * 2
     assert after[0] == pytest.approx(before[0], rel=1e-6)
     assert after[4:] == pytest.approx(before[4:], rel=1e-3)
-    assert gaps_along_x(particles) < 2 * SPACING
-    assert particles.volumes.min() >= LEAST
+    assert gaps_along_x(particles) < 2 * PARTICLE_SPACING
+    assert particles.volumes.min() >= LEAST_VOLUME
 
 
 def test_halves_lie_evenly_along_the_axis():
@@ -89,8 +89,8 @@ def test_halves_lie_evenly_along_the_axis():
     axes = np.array([[2.0, 0.0, 0.0]], np.float32)
     stretched = particle._replace(stretch=np.diag([4.0, 1, 1]).astype(np.float32)[None])
     two = split(stretched, np.array([0]), axes)
-    # Drawn out to twice SPACING: the halves are SPACING apart and no longer stretched.
-    assert np.ptp(two.positions[:, 0]) == pytest.approx(SPACING)
+    # Drawn out to twice the spacing: the halves are that spacing apart and no longer stretched.
+    assert np.ptp(two.positions[:, 0]) == pytest.approx(PARTICLE_SPACING)
     assert two.volumes.tolist() == [1 / 16, 1 / 16]
     assert np.allclose(two.stretch, np.eye(3), atol=1e-6)
 
@@ -106,7 +106,7 @@ def test_spray_is_left_whole():
 def test_crowds_of_light_particles_merge_and_keep_volume_and_momentum():
     rng = np.random.default_rng(0)
     points = rng.uniform(30, 32, (400, 3))
-    light = Particles.moving(points, np.zeros(3), LEAST)
+    light = Particles.moving(points, np.zeros(3), LEAST_VOLUME)
     light = light._replace(velocities=rng.normal(size=(400, 3)).astype(np.float32))
     _, particles, counts = sorted_by_cell(light)
     before = moments(particles)

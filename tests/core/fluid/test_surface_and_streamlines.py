@@ -10,7 +10,12 @@ from liquid_splash_addon.core.fluid.streamlines import (
     seed_points,
     trace,
 )
-from liquid_splash_addon.core.fluid.surface import BAND, RADIUS, particle_distance, redistance
+from liquid_splash_addon.core.fluid.surface import (
+    DISTANCE_BAND,
+    PARTICLE_RADIUS,
+    particle_distance,
+    redistance,
+)
 
 
 def centres(shape):
@@ -31,7 +36,9 @@ def test_one_particle_is_a_ball():
         particle, np.ones(1, np.float32), np.array([2, 3, 4]), (16, 14, 15)
     )
     places = centres((16, 14, 15)) + np.array([2, 3, 4])
-    exact = np.minimum(np.linalg.norm(places - particle[0], axis=-1) - RADIUS, BAND)
+    exact = np.minimum(
+        np.linalg.norm(places - particle[0], axis=-1) - PARTICLE_RADIUS, DISTANCE_BAND
+    )
     assert np.abs(distance - exact).max() < 0.6
     assert np.abs(distance - exact).mean() < 0.08
     assert np.array_equal(distance < 0, exact < 0)
@@ -43,10 +50,10 @@ def test_a_ball_of_particles_has_a_balls_distance():
     inside = np.linalg.norm(points - 20, axis=1) < radius
     distance = particle_distance(points[inside], volumes[inside], np.zeros(3, int), shape)
     exact = np.linalg.norm(centres(shape) - 20, axis=-1) - radius - 0.4
-    near = np.abs(exact) < BAND - 0.5
+    near = np.abs(exact) < DISTANCE_BAND - 0.5
     assert np.abs((distance - exact)[near]).mean() < 0.15
     assert np.abs((distance - exact)[near]).max() < 0.6
-    assert distance.min() == -BAND and distance.max() == BAND
+    assert distance.min() == -DISTANCE_BAND and distance.max() == DISTANCE_BAND
 
 
 def test_a_sheet_of_one_layer_is_as_thick_as_a_grid_can_hold():
@@ -54,12 +61,12 @@ def test_a_sheet_of_one_layer_is_as_thick_as_a_grid_can_hold():
     distance = particle_distance(points, volumes, np.zeros(3, int), (24, 24, 20))
     middle = distance[6:-6, 6:-6]
     heights = np.arange(20) + 0.5
-    exact = np.abs(heights - 10.25) - RADIUS
+    exact = np.abs(heights - 10.25) - PARTICLE_RADIUS
     near = np.abs(exact) < 2
     assert np.abs(middle[..., near] - exact[near]).max() < 0.2
 
 
-def test_redistancing_gives_slope_one_and_keeps_the_surface():
+def test_redistancing_gives_gradient_one_and_keeps_the_surface():
     shape = (40, 40, 40)
     exact = np.linalg.norm(centres(shape) - 20, axis=-1) - 9.3
     level = (exact * (1.5 + np.sin(centres(shape)[..., 0]))).astype(np.float32)

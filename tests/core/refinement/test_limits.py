@@ -16,7 +16,7 @@ from liquid_splash_addon.core.refinement.droplets import add_droplets, make_part
 from liquid_splash_addon.core.refinement.particle_level import FineLevel
 from liquid_splash_addon.core.refinement.ruptures import add_ruptures
 from liquid_splash_addon.core.refinement.settings import (
-    SMALLEST,
+    SMALLEST_RADIUS,
     CleanupSettings,
     DropletSettings,
     RuptureSettings,
@@ -117,7 +117,7 @@ def test_particles_that_flew_apart_do_not_fill_the_space_between(apart):
 def test_small_drops_are_points_only():
     cloud = add_droplets(LIQUID, DropletSettings(amount=0.03, flight=0.03, cohesion=0.2)).cloud
     cells = cloud.radii / GRID.spacing
-    np.testing.assert_array_equal(cloud.meshed, cells >= SMALLEST)
+    np.testing.assert_array_equal(cloud.meshed, cells >= SMALLEST_RADIUS)
     assert 0 < cloud.meshed.sum() < len(cells)
     assert set(cloud.owner) == set(np.flatnonzero(cloud.meshed))
 

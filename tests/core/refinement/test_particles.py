@@ -6,20 +6,25 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from liquid_splash_addon.core.grid import Grid
-from liquid_splash_addon.core.refinement.blue_noise import APART, ball, random_turn
+from liquid_splash_addon.core.refinement.blue_noise import (
+    LEAST_GAP,
+    ball,
+    balls_around,
+    random_turn,
+)
 from liquid_splash_addon.core.refinement.drop_meshes import drop_cloud
 from liquid_splash_addon.core.refinement.pairs import SLACK, SUPPORT, find_pairs
 from liquid_splash_addon.core.refinement.particle_level import FineLevel
-from liquid_splash_addon.core.refinement.pbf import Drops, densities, simulate
+from liquid_splash_addon.core.refinement.pbf import PbfParticles, densities, simulate
 
 DT = 1 / 240
 
 
-def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) -> Drops:
+def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) -> PbfParticles:
     """Return the particles of one drop, cells."""
     positions = ball(count, 0) * radius * np.asarray(stretch) + np.asarray(centre)
     spacing = np.full(count, radius * (4 / 3 * np.pi / count) ** (1 / 3))
-    return Drops(
+    return PbfParticles(
         positions.astype(np.float32),
         np.zeros((count, 3), dtype=np.float32),
         spacing.astype(np.float32),
@@ -27,11 +32,11 @@ def drop(radius=1.5, count=200, centre=(20.0, 20.0, 20.0), stretch=(1, 1, 1)) ->
     )
 
 
-def both(first: Drops, second: Drops) -> Drops:
-    return Drops(*(np.concatenate(arrays) for arrays in zip(first, second, strict=True)))
+def both(first: PbfParticles, second: PbfParticles) -> PbfParticles:
+    return PbfParticles(*(np.concatenate(arrays) for arrays in zip(first, second, strict=True)))
 
 
-def momentum(drops: Drops) -> np.ndarray:
+def momentum(drops: PbfParticles) -> np.ndarray:
     return (drops.spacing[:, None] ** 3 * drops.velocities).sum(axis=0)
 
 
@@ -40,7 +45,7 @@ def test_blue_noise_fills_the_ball_and_keeps_apart(count):
     points = ball(count, 3)
     assert np.linalg.norm(points, axis=1).max() <= 1
     spacing = (4 / 3 * np.pi / count) ** (1 / 3)
-    assert pdist(points).min() > 0.8 * APART * spacing
+    assert pdist(points).min() > 0.8 * LEAST_GAP * spacing
     assert np.abs(points.mean(axis=0)).max() < 0.06
     # As many in the inner half of the volume as in the outer.
     inner = (np.linalg.norm(points, axis=1) < 0.5 ** (1 / 3)).mean()
@@ -52,6 +57,18 @@ def test_turns_are_rotations():
     turn = random_turn(np.random.default_rng(0))
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-6)
     assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_balls_around_points_have_their_size_and_volume():
+    points = np.array([[5.0, 6.0, 7.0], [1.0, 0.0, 0.0]], dtype=np.float32)
+    radii, counts = np.array([1.0, 2.5]), np.array([100, 300])
+    positions, spacing, group = balls_around(points, radii, counts, np.random.default_rng(2))
+    np.testing.assert_array_equal(np.bincount(group), counts)
+    away = np.linalg.norm(positions - points[group], axis=1)
+    assert (away <= 1.001 * radii[group]).all()
+    volume = np.bincount(group, spacing.astype(np.float64) ** 3)
+    np.testing.assert_allclose(volume, 4 / 3 * np.pi * radii**3, rtol=1e-5)
+    assert not len(balls_around(points[:0], radii[:0], counts[:0], np.random.default_rng(2))[0])
 
 
 def test_pairs_are_all_those_within_reach_once_each():
@@ -81,7 +98,7 @@ def test_liquid_resists_compression():
 def test_cohesion_rounds_a_free_drop():
     long = drop(radius=1.5, count=250, stretch=(1.4, 0.85, 0.84))
 
-    def unevenness(drops: Drops) -> float:
+    def unevenness(drops: PbfParticles) -> float:
         """Spread of the surface's distance from its middle, over the mean distance."""
         fine = FineLevel.of(drops)
         label = fine.components()

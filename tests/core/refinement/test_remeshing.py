@@ -6,9 +6,9 @@ import pytest
 from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.mesh.geometry import enclosed
 from liquid_splash_addon.core.mesh.halfedge import NotClosedError
 from liquid_splash_addon.core.mesh.remeshing import isotropic
+from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from tests.core.refinement.level_meshes import CELL, bowl, mesh_of, planet
 
 OCTAHEDRON = (
@@ -34,7 +34,7 @@ def edges(faces):
 
 
 def is_manifold(faces):
-    """Tell whether every edge has two faces along it both ways, and every vertex one fan."""
+    """Return whether every edge has two faces along it both ways, and every vertex one fan."""
     ends = edges(faces)
     forward = {tuple(edge) for edge in ends.tolist()}
     closed = len(forward) == len(ends) and all((b, a) in forward for a, b in forward)
@@ -88,8 +88,8 @@ def test_there_are_no_slivers(remeshed):
 def test_mesh_stays_a_manifold_turned_outward(old, remeshed):
     new, _ = remeshed
     assert is_manifold(new.faces)
-    assert enclosed(new.vertices, new.faces) == pytest.approx(
-        enclosed(old.vertices, old.faces), rel=0.03
+    assert enclosed_volume(new.vertices, new.faces) == pytest.approx(
+        enclosed_volume(old.vertices, old.faces), rel=0.03
     )
     assert crossing_faces(new.vertices, new.faces) == 0
 
@@ -163,7 +163,7 @@ def test_far_too_coarse_and_far_too_fine():
     vertices, faces = OCTAHEDRON
     coarse = isotropic(vertices, faces, 50.0)
     assert is_manifold(coarse.faces)
-    assert enclosed(coarse.vertices, coarse.faces) > 0
+    assert enclosed_volume(coarse.vertices, coarse.faces) > 0
     fine = isotropic(vertices, faces, 0.03)
     assert is_manifold(fine.faces)
     assert 8000 < len(fine.faces) < 40000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Capillary waves against what is known of them."""
+"""Capillary waves against known properties."""
 
 import itertools
 from dataclasses import fields, replace
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.core.mesh.geometry import enclosed
-from liquid_splash_addon.core.mesh.local_thickness import room
+from liquid_splash_addon.core.mesh.local_thickness import thickness_and_clearance
 from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from liquid_splash_addon.core.refinement import waves
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.refinement.waves import (
-    FRAME,
+    DAMPING_TIME,
     add_waves,
     leapfrog,
     prepare,
@@ -97,7 +97,7 @@ def test_damping_does_not_depend_on_the_mesh(sheet, edge, zeta):
     energy, steps = packet.energy(), int(0.1 / packet.step)
     packet.advance(steps)
     # Half of the energy is motion, so amplitude falls with the root of zeta, energy with zeta.
-    expected = zeta ** (steps * packet.step / FRAME)
+    expected = zeta ** (steps * packet.step / DAMPING_TIME)
     assert np.sqrt(packet.energy() / energy) == pytest.approx(np.sqrt(expected), rel=0.05)
 
 
@@ -145,8 +145,10 @@ def test_volume_is_kept_and_nothing_crosses(splash):
     assert np.abs(displacement(prepared, mesh)).max() > 0.1 * CELL
     assert crossing_faces(mesh.vertices, mesh.faces) < 0.001 * len(mesh.faces)
     assert is_manifold(mesh.faces)
-    before = enclosed(prepared.mesh.vertices, mesh.faces)
-    assert report.volume_change == pytest.approx(enclosed(mesh.vertices, mesh.faces) / before - 1)
+    before = enclosed_volume(prepared.mesh.vertices, mesh.faces)
+    assert report.volume_change == pytest.approx(
+        enclosed_volume(mesh.vertices, mesh.faces) / before - 1
+    )
     assert abs(report.volume_change) < 0.02
 
 
@@ -157,20 +159,22 @@ def test_waves_far_too_high_do_not_pierce_sheets(splash):
     assert crossing_faces(mesh.vertices, mesh.faces) < 0.001 * len(mesh.faces)
 
 
-def test_room_is_half_the_thickness_half_the_gap_or_the_radius():
+def test_clearance_is_half_the_thickness_half_the_gap_or_the_radius():
     axes = np.arange(-10, 10.0)
     x, y = (part.ravel() for part in np.meshgrid(axes, axes))
     # Two sheets 1.6 thick, 2.4 apart.
     heights, sides = (0.0, 1.6, 4.0, 5.6), (-1, 1, -1, 1)
     points = np.concatenate([np.stack([x, y, 0 * x + z], axis=1) for z in heights])
     normals = np.repeat([[0, 0, side] for side in sides], len(x), axis=0).astype(np.float32)
-    inward, outward = (part.reshape(4, -1) for part in room(points, normals, 4.0))
+    inward, outward = (
+        part.reshape(4, -1) for part in thickness_and_clearance(points, normals, 4.0)
+    )
     assert inward == pytest.approx(0.8, rel=1e-4)
     assert outward[[1, 2]] == pytest.approx(1.2, rel=1e-4)
     assert outward[[0, 3]] == pytest.approx(2.0, rel=1e-4)
     ball = np.random.default_rng(0).normal(size=(300, 3))
     ball /= np.linalg.norm(ball, axis=1, keepdims=True)
-    inward, outward = room(1.5 * ball, ball.astype(np.float32), 4.0)
+    inward, outward = thickness_and_clearance(1.5 * ball, ball.astype(np.float32), 4.0)
     assert inward == pytest.approx(1.5, rel=1e-3)
     assert outward == pytest.approx(2.0, rel=1e-3)
 
@@ -185,8 +189,8 @@ def test_no_slider_blows_up(splash):
         mesh, report = propagate(prepared, settings)
         moved = np.abs(displacement(prepared, mesh))
         assert np.isfinite(mesh.vertices).all()
-        assert moved.max() <= waves.ROOM_SHARE * waves.ROOM / 2 * CELL * 1.001
-        assert report.steps <= waves.MOST_STEPS
+        assert moved.max() <= waves.CLEARANCE_SHARE * waves.CLEARANCE_REACH / 2 * CELL * 1.001
+        assert report.steps <= waves.MOST_WAVE_STEPS
         assert abs(report.volume_change) < 0.1
         if settings.amplitude == 0 or settings.reach == 0:
             assert moved.max() < 1e-6
@@ -206,14 +210,14 @@ def test_rate_stays_bounded_where_nothing_is_damped(splash):
     assert np.abs(noise).max() < 50
 
 
-def test_what_cannot_be_had_is_reported(splash, monkeypatch):
+def test_settings_that_cannot_be_met_are_reported(splash, monkeypatch):
     short = WaveSettings(frequency=10, speed=0.1)
     monkeypatch.setattr(waves, "MOST_TRIANGLES", 1)
     mesh, report = propagate(prepare(splash, wave_edge(splash, short, CELL), CELL), short)
     assert report.wavelength == pytest.approx(6 * CELL, rel=0.01)
     assert "10 mm are too short" in report.warnings[0]
     assert len(mesh.faces) < 1.2 * len(splash.faces)
-    monkeypatch.setattr(waves, "MOST_STEPS", 10)
+    monkeypatch.setattr(waves, "MOST_WAVE_STEPS", 10)
     _, report = propagate(prepare(splash, CELL, CELL), WaveSettings(speed=0.3, reach=0.4))
     assert report.steps == 10
     assert report.reach < 0.1

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ...numeric.triangles import face_normals
 from ...sketch.strokes import Stroke, resample
 
 WIDEST = 0.08
@@ -79,7 +80,7 @@ def sample_points_of(strokes: Sequence[Stroke]) -> SamplePoints:
 def find_patches(samples: SamplePoints) -> Patches:
     """Find the patches between sample points, with all that tells of them but verdicts."""
     triangles, radii = gabriel_triangles(samples.points, WIDEST)
-    faces = _normals(samples.points, triangles)
+    faces = face_normals(samples.points, triangles)
     normals, confidence = point_normals(samples, triangles, radii, faces)
     quality = qualities(samples, triangles, radii, faces, normals)
     return Patches(triangles, radii, faces, quality, normals, confidence)
@@ -169,17 +170,6 @@ def _holds(centre, square, points, which):
     for i in range(3):
         apart += (points[which, i] - centre[i]) ** 2
     return apart < square * (1 - 1e-9)
-
-
-@njit(cache=True)
-def _normals(points, triangles):
-    """Return unit normals ``(m, 3)``."""
-    normals = np.empty((len(triangles), 3))
-    for n in range(len(triangles)):
-        a = points[triangles[n, 0]]
-        normal = np.cross(points[triangles[n, 1]] - a, points[triangles[n, 2]] - a)
-        normals[n] = normal / max(np.sqrt(np.dot(normal, normal)), 1e-30)
-    return normals
 
 
 def point_normals(
