@@ -154,7 +154,7 @@ def test_twins_of_a_data_set_are_measured_once_and_read(toy_data, tmp_path, run_
     with pytest.raises(ValueError, match="other data"):
         load_twins(out, items)
     out.write_text("[{}]")
-    with pytest.raises(ValueError, match=r"no file of training\.ceiling"):
+    with pytest.raises(ValueError, match="no file of `python -m training ceiling"):
         load_twins(out, items)
 
 
