@@ -266,9 +266,9 @@ def test_the_command_measures_models_side_by_side(
 ):
     known = {"ours": Slabs(), "coarse": Slabs(finest=1 / 40)}
 
-    def load(wishes, precision):
+    def load(requests, precision):
         assert precision == "float32"
-        names = [wish.partition("=")[0] for wish in wishes]
+        names = [request.partition("=")[0] for request in requests]
         return {name: known[name] for name in names}, {name: f"hash of {name}" for name in names}
 
     monkeypatch.setattr(evaluate, "load_answers", load)

@@ -125,7 +125,7 @@ def test_all_of_a_batch_is_pinned_and_moved(batches, monkeypatch):
     pinned = []
     monkeypatch.setattr(torch.Tensor, "pin_memory", lambda x: pinned.append(x) or x.clone())
     batch = pin_memory(batches[0])  # as torch's loader does
-    assert len(pinned) == 10
+    assert len(pinned) == 9
     for given, cells in ((batches[0].box, batch.box), (batches[0].detail, batch.detail)):
         assert torch.equal(cells.condition.dense(), given.condition.dense())
         assert tuple(cells.condition.shape) == given.condition.shape
@@ -167,7 +167,7 @@ def test_scenes_that_appear_meanwhile_are_taken_up(toy_data: Path, tmp_path: Pat
         used.append(len(given))
         return TrainingSamples(given, *rest)
 
-    monkeypatch.setattr(train_module, "Lessons", noted)
+    monkeypatch.setattr(train_module, "TrainingSamples", noted)
     train(run, items[:1], items[:1], workers=0, reload=lambda: items)
     assert used == [1, len(items)] and len(items) > 1 and run.steps == 3
 
