@@ -18,11 +18,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from liquid_splash_addon.core.fluid.step import Physics, advance
 from liquid_splash_addon.core.grid import LOCAL_SPACING
 from training.figures.picture import contact_sheet, draw_liquid
 from training.scenes.families import random_scene
 from training.simulation.snapshot import take_frame
-from training.simulation.stepping import Physics, World, advance, initial_liquid
 
 SEED, TIMES = 8, (0.09, 0.15)
 """A streamlet on a ball, and the moments shown, seconds after impact."""
@@ -38,7 +38,7 @@ WAYS = (
 def draw(physics: Physics, pixels: int):
     """Return pictures of the splash at TIMES."""
     scene = random_scene(SEED)
-    world, liquid = World.of(scene, physics), initial_liquid(scene)
+    world, liquid = scene.world(physics), scene.liquid()
     pictures = []
     for time in TIMES:
         liquid = advance(liquid, world, scene.impact + time)

@@ -1,37 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one entrance to training: ``python -m training COMMAND [options]``.
+"""The entrance to training: ``python -m training COMMAND [options]``.
 
-A command's module is imported when it is run, so that simulating needs no torch. Worker
-processes that import this file anew (spawn, Dask, torchrun) run nothing of it.
+A command's module is imported only when it runs, so that simulating needs no torch. On several
+devices: ``torchrun --nproc-per-node N -m training train ...``. Processes that commands start import
+the modules that they need, never this one.
 """
 
 from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Sequence
 
 COMMANDS = {
     "simulate": ("simulation.simulate", "scenes to frames, on many cores or a Dask cluster"),
     "inspect": ("data.inspect", "what a data set holds, and a sheet of its frames"),
-    "train": ("learning.train", "frames to checkpoints"),
     "train-patches": ("learning.train_patches", "frames to the patch classifier's weights"),
+    "train": ("learning.train", "frames to checkpoints of a generator"),
     "export": ("learning.export", "a checkpoint to the add-on's weights"),
-    "evaluate": ("evaluation.evaluate", "figures on scenes never trained on"),
-    "curves": ("evaluation.curves", "curves of several runs side by side"),
+    "evaluate": ("evaluation.evaluate", "accuracy on scenes never trained on, beside baselines"),
+    "curves": ("evaluation.curves", "accuracy of several runs against time"),
     "ceiling": ("evaluation.ceiling", "how alike twins of a scene are"),
     "claims": ("evaluation.claims", "what the paper's figures claim, measured on the weights"),
     "displaced": ("research.displaced", "how exactly liquid must be placed for an IoU"),
     "error-analysis": ("research.error_analysis", "where answers miss the truth"),
-    "refined": ("research.refined", "what refinements do to accuracy"),
+    "refined": ("research.refined", "how refinements change the accuracy"),
     "ruptures": ("research.ruptures", "how ruptured liquid is, by speed"),
     "slow-and-fast": ("research.slow_and_fast", "answers to sketches drawn slowly and fast"),
-    "surfaces": ("research.surfaces", "how well true liquids are meshed"),
+    "surfaces": ("research.surfaces", "how well simulated liquid is meshed"),
 }
-"""The module and the purpose of each command."""
+"""Module and purpose of each command; a module's ``main`` takes the options and gives an exit code.
+
+In the order in which they are used: first those that lead to weights.
+"""
 
 
 def usage() -> str:
-    """Return the list of commands."""
+    """Text that lists the commands."""
     width = max(map(len, COMMANDS))
     lines = [f"  {name:{width}}  {about}" for name, (_, about) in COMMANDS.items()]
     return "\n".join(
@@ -40,12 +45,12 @@ def usage() -> str:
             "",
             *lines,
             "",
-            "COMMAND --help: its options",
+            "`python -m training COMMAND --help` lists its options.",
         ]
     )
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run a command and return its exit code, 2 where there is no such command."""
     name, *options = arguments or ["--help"]
     if name in ("-h", "--help"):
@@ -54,9 +59,8 @@ def main(arguments: list[str]) -> int:
     if name not in COMMANDS:
         print(f"There is no command {name!r}.\n\n{usage()}", file=sys.stderr)
         return 2
-    sys.argv = [f"training {name}", *options]
     module = importlib.import_module(f"training.{COMMANDS[name][0]}")
-    code: int = module.main()
+    code: int = module.main(options)
     return code
 
 

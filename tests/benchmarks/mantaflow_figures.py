@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from liquid_splash_addon.core.fluid.step import Physics
 from liquid_splash_addon.core.grid import LOCAL_CELLS
 from tests.benchmarks.simulation import (
     FPS,
@@ -29,7 +30,6 @@ from tests.benchmarks.simulation import (
     run_ours,
 )
 from training.scenes.scene import Scene
-from training.simulation.stepping import Physics
 
 SCENES = (*SEEDS, 26)
 """A sphere, a cube and a cylinder: slow and thick, fast and long, thin and fast."""

@@ -15,6 +15,7 @@ from liquid_splash_addon.core.generator.precision import (
     prepare,
 )
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork
+from tests.core.batches import sparse_condition
 from training.learning.paper.networks import PaperConfig, PaperGenerator
 
 CELLS = 128
@@ -33,37 +34,37 @@ def least_seconds(run: Callable[[], object]) -> float:
 
 
 @torch.inference_mode()
-def fastest(make: Callable[[], torch.nn.Module], casts_input: bool) -> float:
+def fastest(make: Callable[[], torch.nn.Module], sparse: bool) -> float:
     """Return the time of a network on one condition, in its fastest format and layout.
 
     Half precision is tried by autocast and with the weights themselves in it, eight bits for the
-    large convolutions. casts_input : the network casts its input to the format of its weights.
+    large convolutions. sparse : the network takes the crossed cells alone.
     """
     condition = (torch.rand(1, CHANNELS, CELLS, CELLS, CELLS) > 0.99).float()
     condition[:, :PATCH_CLOSENESS] *= condition[:, :1] * (
         torch.rand(1, 1, *condition.shape[2:]) > 0.9
     )
-    times = []
+    crossed, times = sparse_condition(condition), []
     for layout in (torch.contiguous_format, torch.channels_last_3d):
         network = make().eval().to(memory_format=layout)  # type: ignore[call-overload]
-        x = condition.contiguous(memory_format=layout)
+        x = crossed if sparse else condition.contiguous(memory_format=layout)
         times.append(least_seconds(lambda: network(x)))  # noqa: B023 (called at once)
         with torch.autocast("cpu", torch.bfloat16):
             times.append(least_seconds(lambda: network(x)))  # noqa: B023
-        half = x if casts_input else x.to(torch.bfloat16)
+        half = x if sparse else x.to(torch.bfloat16)
         network = network.to(torch.bfloat16)
         times.append(least_seconds(lambda: network(half)))  # noqa: B023
     for name in filter(partial(is_usable, "cpu"), IN_EIGHT_BITS.values()):
         network = prepare(make(), "cpu", name)
-        given = x if casts_input else x.to(PRECISIONS[name].dtype)
+        given = x if sparse else x.to(PRECISIONS[name].dtype)
         times.append(least_seconds(lambda: network(given)))  # noqa: B023
     return min(times)
 
 
 def measure() -> dict[str, float]:
     """Return this area's numbers."""
-    ours = fastest(lambda: SplashNetwork(NetworkConfig()), casts_input=True)
-    paper = fastest(lambda: PaperGenerator(PaperConfig(CELLS)), casts_input=False)
+    ours = fastest(lambda: SplashNetwork(NetworkConfig()), sparse=True)
+    paper = fastest(lambda: PaperGenerator(PaperConfig(CELLS)), sparse=False)
     return {
         "synthesis.network_seconds_128": ours,
         "synthesis.paper_network_seconds_128": paper,

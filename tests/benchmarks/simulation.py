@@ -24,13 +24,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from liquid_splash_addon.core.fluid.step import OPEN_MARGIN, Liquid, Physics, advance, step
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 from tests.benchmarks.synthesis import own_peak_mb
+from training.scenes.bodies import Body
 from training.scenes.families import random_scene
-from training.scenes.obstacles import Obstacle
 from training.scenes.scene import Scene, Streamlet
 from training.simulation.simulate import occupied_cells
-from training.simulation.stepping import WALL, Liquid, Physics, World, advance, initial_liquid, step
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -71,7 +71,7 @@ def paper_scene(seed: int, resolution: int) -> Scene:
     Around the ``resolution`` cells lies the margin in which our simulator drops liquid.
     """
     scene = random_scene(seed, resolution, "streamlet")
-    cells = resolution + 2 * int(WALL)
+    cells = resolution + 2 * int(OPEN_MARGIN)
     return replace(scene, cells=cells).shifted(
         np.full(3, (cells - scene.cells) * scene.spacing / 2)
     )
@@ -92,7 +92,7 @@ def run_mantaflow(scene: Scene, frames: int = FRAMES) -> Run:
     blender = blender_command()
     if blender is None:
         raise RuntimeError("there is no Blender: run 'make blender' as root or set BLENDER")
-    given = {"resolution": scene.cells - 2 * int(WALL), "frames": frames, "fps": FPS}
+    given = {"resolution": scene.cells - 2 * int(OPEN_MARGIN), "frames": frames, "fps": FPS}
     # The provisioned Blender sees /tmp and the checkout, and nothing else of ours.
     with tempfile.TemporaryDirectory(dir="/tmp" if os.path.isdir("/tmp") else None) as folder:
         source, result = Path(folder) / "in.json", Path(folder) / "out.json"
@@ -111,7 +111,7 @@ def run_mantaflow(scene: Scene, frames: int = FRAMES) -> Run:
 
 def run_ours(scene: Scene, frames: int = FRAMES, physics: Physics | None = None) -> Run:
     """Return how our simulator does ``scene``, at the same moments."""
-    world, liquid = World.of(scene, physics), initial_liquid(scene)
+    world, liquid = scene.world(physics), scene.liquid()
     looks = [look(liquid, scene)]
     seconds, whole = 0.0, 0
     for frame in range(1, frames + 1):
@@ -186,7 +186,7 @@ def ball_scene(cells: int, radius: float = 8.0, finer: int = 1) -> Scene:
     up = np.array([0.0, 0.0, 1.0])
     tip = middle + 2 * LOCAL_SPACING * up
     streamlet = Streamlet(size, size, 1.5, tip, -up)
-    sphere = Obstacle("sphere", size, size, middle - size * up, np.eye(3))
+    sphere = Body("sphere", size, size, middle - size * up, np.eye(3))
     return Scene(0, "ball", cells, spacing, (streamlet,), sphere, 0.0)
 
 
@@ -198,7 +198,7 @@ def step_cost(scene: Scene, steps: int) -> tuple[float, float, float]:
     before, best, cells = own_peak_mb(), np.inf, 0.0
     dt = STEPS * LOCAL_SPACING / 1.5 / steps  # at most about a cell a step
     for _ in range(REPEATS):
-        world, liquid = World.of(scene), initial_liquid(scene)
+        world, liquid = scene.world(), scene.liquid()
         seconds, cells = 0.0, 0.0
         for _ in range(steps):
             begin = time.process_time()

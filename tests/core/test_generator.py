@@ -10,9 +10,7 @@ torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.condition.channels import (  # noqa: E402
     CHANNELS,
-    PATCH_CLOSENESS,
     PATCH_VELOCITY,
-    STROKE_OFFSET,
     STROKE_VELOCITY,
 )
 from liquid_splash_addon.core.generator.generator import Generator, bounding_box  # noqa: E402
@@ -26,14 +24,11 @@ from liquid_splash_addon.core.generator.patch_classifier import (  # noqa: E402
 from liquid_splash_addon.core.generator.pixel_shuffle import pixel_shuffle  # noqa: E402
 from liquid_splash_addon.core.generator.precision import is_usable  # noqa: E402
 from liquid_splash_addon.core.generator.sparse import (  # noqa: E402
-    SparseCondition,
     block_means,
     closeness,
     diffused_velocity,
     halved,
     nearness,
-    sparse_condition,
-    strided_stem,
 )
 from liquid_splash_addon.core.generator.splash_unet import Draft, NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.generator.weights_file import (  # noqa: E402
@@ -43,7 +38,8 @@ from liquid_splash_addon.core.generator.weights_file import (  # noqa: E402
 )
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from liquid_splash_addon.core.liquid.fields import AIR, clip_to_band  # noqa: E402
-from tests.core.sketching import condition_of, fan, sparse  # noqa: E402
+from tests.core.batches import random_condition, sparse_condition  # noqa: E402
+from tests.core.sketching import sparse  # noqa: E402
 
 SMALL = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)
 HEADER = {
@@ -63,20 +59,6 @@ def small_network():
         for parameter in network.parameters():
             parameter.add_(0.1 * torch.randn(parameter.shape))
     return network
-
-
-def random_condition(cells, share=0.01):
-    """Return strokes and spans of a sort, ``(1, 18, n, n, n)``."""
-    rng = torch.Generator().manual_seed(1)
-    shape = (1, 1, cells, cells, cells)
-    crossed = (torch.rand(shape, generator=rng) < share).float()
-    velocity = torch.randn(1, 3, *shape[2:], generator=rng)
-    place = torch.rand(1, 3, *shape[2:], generator=rng) - 0.5
-    strokes = crossed * torch.cat([torch.ones(shape), velocity, place], dim=1)
-    spanned = (torch.rand(shape, generator=rng) < 4 * share).float()
-    spans = torch.rand(1, CHANNELS - PATCH_CLOSENESS, *shape[2:], generator=rng) - 0.5
-    spans[:, :3] += 0.5
-    return torch.cat([strokes, spanned * spans], dim=1)
 
 
 def nothing(grid):
@@ -105,7 +87,7 @@ def test_unfolding_onto_a_base_is_the_same_in_use_and_in_training(dtype):
 
 
 def test_latent_zero_is_the_deterministic_answer():
-    network, x = small_network(), random_condition(32)
+    network, x = small_network(), sparse_condition(random_condition(32))
     with torch.no_grad():
         plain = network(x)
         assert torch.allclose(plain, network(x, torch.zeros(1, 2, 8, 8, 8)), atol=1e-5)
@@ -122,76 +104,6 @@ def test_an_obstacle_that_is_not_there_is_one_that_is_not_known():
         assert not torch.allclose(unknown, network.draft(x, None, near).output, atol=1e-3)
 
 
-def test_halving_a_condition_keeps_strokes_their_velocity_and_place():
-    x = torch.zeros(1, CHANNELS, 4, 4, 4)
-    x[0, :PATCH_CLOSENESS, 0, 0, 0] = torch.tensor([1.0, 2.0, 0.0, 0.0, 0.5, 0.0, -0.5])
-    x[0, :PATCH_CLOSENESS, 1, 1, 0] = torch.tensor([1.0, 4.0, 0.0, -6.0, 0.5, 0.5, 0.0])
-    x[0, PATCH_CLOSENESS:, 1, 1, 0] = torch.tensor(
-        [0.5, 1.0, 0.25, 0.5, 0.75, 1.0, 2.0, 3.0, 0.5, 0.0, -0.5]
-    )
-    x[0, PATCH_CLOSENESS:, 1, 0, 0] = torch.tensor(
-        [0.25, 0.0, 0.75, 0.0, 0.25, 1.0, 0.0, 1.0, 0.5, 0.0, 0.5]
-    )
-    half = halved(sparse_condition(x)).dense()
-    # The places of both in the cell twice as large: (0, -1/4, -1/2) and (1/2, 1/2, -1/4).
-    strokes, spans = (
-        half[0, :PATCH_CLOSENESS, 0, 0, 0].tolist(),
-        half[0, PATCH_CLOSENESS:, 0, 0, 0].tolist(),
-    )
-    assert strokes == pytest.approx([1, 3, 0, -3, 0.25, 0.125, -0.375])
-    # Of the spans: (1/2, 1/4, -1/2) and (1/2, -1/4, 0).
-    assert spans == pytest.approx([0.375, 0.5, 0.5, 0.25, 0.5, 1, 1, 2, 0.5, 0, -0.25])
-    assert half.abs().sum() == pytest.approx(sum(map(abs, strokes + spans)))
-
-
-def test_crossed_cells_are_the_whole_condition():
-    x = random_condition(16, 0.05)
-    crossed = sparse_condition(x)
-    assert torch.equal(crossed.dense(), x)
-    box = (slice(2, 10), slice(0, 16), slice(5, 16))
-    assert torch.equal(crossed.part(box).dense(), x[:, :, 2:10, :, 5:16])
-
-
-def velocities(crossed):
-    """Return the velocities of strokes and spans, ``(n, 2, 3)``."""
-    return torch.stack(
-        [crossed.values[:, which] for which in (STROKE_VELOCITY, PATCH_VELOCITY)], dim=1
-    )
-
-
-def test_only_fast_strokes_are_shortened_and_keep_their_direction():
-    crossed = sparse_condition(random_condition(16, 0.05))
-    velocity, scaled = (velocities(c) for c in (crossed, crossed.scaled(5.0, 1.5)))
-    speed = velocity.norm(dim=2, keepdim=True)
-    assert (speed > 1.5).any() and (speed < 1.5).any()
-    assert torch.allclose(scaled, velocity * (1.5 / speed.clamp_min(1.5)) / 5.0, atol=1e-6)
-    others = [
-        c.values[:, (*range(4, 12), *range(15, 18))] for c in (crossed, crossed.scaled(5.0, 1.5))
-    ]
-    assert torch.equal(*others)
-
-
-def test_patches_of_few_cells_are_the_convolution_of_all():
-    network, x = small_network(), random_condition(16, 0.05)
-    stem = network.detail.stem
-    with torch.no_grad():
-        stem.bias.zero_()
-    total = torch.rand(1, stem.out_channels, 8, 8, 8)
-    with torch.no_grad():
-        for given in (total, total.contiguous(memory_format=torch.channels_last_3d)):
-            seen = strided_stem(stem, sparse_condition(x), given.clone())
-            assert torch.allclose(seen, stem(x) + total, atol=1e-5)
-    strided_stem(stem, sparse_condition(x), total).square().sum().backward()
-    few = stem.weight.grad.clone()
-    stem.weight.grad = None
-    (stem(x) + total).square().sum().backward()
-    assert torch.allclose(few, stem.weight.grad, rtol=1e-4, atol=1e-4)
-    with torch.no_grad():
-        assert torch.equal(
-            strided_stem(stem, sparse_condition(torch.zeros_like(x)), total.clone()), total
-        )
-
-
 def test_the_draft_begins_as_one_convolution_of_all_it_sees():
     draft, x = small_network().coarse, random_condition(16, 0.05)
     crossed, obstacle = sparse_condition(x), torch.rand(1, 1, 16, 16, 16)
@@ -204,29 +116,6 @@ def test_the_draft_begins_as_one_convolution_of_all_it_sees():
         begun = draft.begin(crossed, obstacle, flow, near)
         expected = draft.stem(torch.cat([x, obstacle, flow, near], dim=1))
     assert torch.allclose(begun, expected, atol=1e-4)
-
-
-def test_a_draft_sees_the_same_strokes_as_the_full_result():
-    strokes = fan()
-    fine, coarse = (condition_of(strokes, Grid.local(n)) for n in (128, 64))
-    half, coarse = halved(SparseCondition.of(fine)).dense()[0].numpy(), coarse.dense()
-    assert np.array_equal(half[0], coarse[0]) and coarse[0].any()
-    speed = np.abs(coarse[STROKE_VELOCITY]).max()
-    crossed = coarse[:1] > 0
-    assert (
-        np.abs(half[STROKE_VELOCITY] - coarse[STROKE_VELOCITY]).mean(where=crossed) < 0.05 * speed
-    )
-    assert np.abs(half[STROKE_OFFSET] - coarse[STROKE_OFFSET]).mean(where=crossed) < 0.05
-    spanned = coarse[PATCH_CLOSENESS : PATCH_CLOSENESS + 1] > 0
-    assert np.array_equal(half[PATCH_CLOSENESS] > 0, coarse[PATCH_CLOSENESS] > 0) and spanned.any()
-    assert np.abs(half[PATCH_CLOSENESS:] - coarse[PATCH_CLOSENESS:]).mean(where=spanned) < 0.05
-
-
-def test_diffused_velocity_of_one_flow_is_that_flow_everywhere():
-    x = random_condition(32)
-    x[:, STROKE_VELOCITY] = x[:, :1] * torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1)
-    flow = diffused_velocity(block_means(sparse_condition(x)))
-    assert torch.allclose(flow, torch.tensor([0.5, -0.25, 1.0]).view(1, 3, 1, 1, 1), atol=1e-3)
 
 
 def test_details_of_a_part_are_those_of_the_whole():
@@ -252,7 +141,7 @@ def test_bounding_box_has_a_margin_and_even_bounds():
 def test_network_can_learn_a_pair_by_heart():
     torch.manual_seed(0)
     network = SplashNetwork(SMALL).train()
-    x = random_condition(32, 0.02)
+    x = sparse_condition(random_condition(32, 0.02))
     truth = torch.zeros(1, 32, 32, 32)
     truth[:, 4:19, 3:22, 6:12] = 1
     optimiser = torch.optim.Adam(network.parameters(), 3e-3)
@@ -363,7 +252,7 @@ def test_full_result_is_the_whole_network_where_there_may_be_liquid():
     for which in (STROKE_VELOCITY, PATCH_VELOCITY):
         scaled[:, which] /= 5.0
     with torch.no_grad():
-        expected = torch.sigmoid(network(scaled)[0, 0]).numpy()
+        expected = torch.sigmoid(network(sparse_condition(scaled))[0, 0]).numpy()
     assert np.abs(fields.occupancy - expected).max() < 1e-3
 
 

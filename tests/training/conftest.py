@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A toy data set, simulated once a test session by the real commands."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -14,10 +14,8 @@ from training.simulation import simulate
 def run_command() -> Callable[..., int]:
     """Return a function that runs a command's main() with arguments, in this process."""
 
-    def run(main: Callable[[], int], *arguments: object) -> int:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("sys.argv", ["command", *map(str, arguments)])
-            return main()
+    def run(main: Callable[[Sequence[str]], int], *arguments: object) -> int:
+        return main([*map(str, arguments)])
 
     return run
 
@@ -25,7 +23,7 @@ def run_command() -> Callable[..., int]:
 @pytest.fixture(scope="session")
 def toy_data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a data set of one scene each for training, validation and tests, at 32 cells."""
-    from training.data.dataset import split_of
+    from training.data.items import split_of
 
     data = tmp_path_factory.mktemp("data")
     wanted, seed = {"train", "validation", "test"}, 0

@@ -4,8 +4,7 @@
 import numpy as np
 
 from liquid_splash_addon.core.fluid.particles import Particles
-from training.scenes.obstacles import Obstacle
-from training.simulation.stepping import Liquid
+from training.scenes.bodies import Body
 
 ALONG_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Axes of a tank whose length lies along x."""
@@ -22,14 +21,9 @@ def block(low, high, velocity=(0, 0, 0), jitter=0.02, seed=0):
     return Particles.moving(points, np.array(velocity, float), 1 / 8)
 
 
-def at_rest(particles):
-    """Return a liquid of these particles at time 0."""
-    return Liquid(particles, 0.0, float(particles.volumes.sum(dtype=float)))
-
-
 def tank(half_width, half_length, centre=40.0):
     """Return a tank, longer along x, around (centre, centre, centre)."""
-    return Obstacle("tank", half_width, half_length, np.full(3, centre), ALONG_X)
+    return Body("tank", half_width, half_length, np.full(3, centre), ALONG_X)
 
 
 def momentum(liquid):

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Models that are measured: how they are loaded by name, and their thresholds."""
 
-import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +12,11 @@ from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
 from liquid_splash_addon.core.liquid.fields import Fields  # noqa: E402
 from tests.training.answering import Slabs  # noqa: E402
-from training.data.dataset import held_out_sample, load_items  # noqa: E402
-from training.evaluation.answers import ByGrid, best_threshold, calibrate, load_answers  # noqa: E402
+from training.data.items import load_items  # noqa: E402
+from training.data.samples import held_out_sample  # noqa: E402
+from training.evaluation import answers as answers_module  # noqa: E402
+from training.evaluation.answers import ByGrid, calibrate, load_answers  # noqa: E402
+from training.learning.thresholds import best_threshold  # noqa: E402
 
 
 def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
@@ -25,8 +26,7 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
         path.mkdir()
         paper.cells = cells
         torch.save({"kind": "paper"}, path / "checkpoint.pt")
-    loader = SimpleNamespace(load_paper=lambda path: papers[path])
-    monkeypatch.setitem(sys.modules, "training.learning.paper.networks", loader)
+    monkeypatch.setattr(answers_module, "load_paper", lambda path: papers[path])
     answers, hashes = load_answers([f"a={run}", f"a={finer}"])
     assert list(answers) == ["a"] and len(hashes["a"].split()) == 2
     grid, condition = Grid.local(64), None
@@ -39,11 +39,11 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
     with pytest.raises(ValueError, match="No weights"):
         load_answers([f"b={tmp_path / 'none'}"])
     file = default_weights_path()
-    for wishes in (["a"], [f"nearest={run}"], [f"={run}"], [f"a={run}", f"a={file}"]):
+    for requests in (["a"], [f"nearest={run}"], [f"={run}"], [f"a={run}", f"a={file}"]):
         with pytest.raises(ValueError, match="name of its own"):
-            load_answers(wishes)
+            load_answers(requests)
     torch.save({"kind": "splash"}, run / "checkpoint.pt")
-    with pytest.raises(ValueError, match=r"training\.export"):
+    with pytest.raises(ValueError, match="python -m training export"):
         load_answers([f"a={run}"])
     (run / "checkpoint.pt").unlink()
     with pytest.raises(ValueError, match="holds no training run"):

@@ -33,7 +33,7 @@ from training.evaluation.letters import (
     read_letter,
     template,
 )
-from training.evaluation.studio import SIZE, Studio
+from training.evaluation.sketch_bench import BENCH_SIZE, SketchBench
 from training.measures import shapes
 
 GRIDS = {"speed": 128, "letters": 128, "variation": 128}
@@ -43,8 +43,8 @@ GRIDS = {"speed": 128, "letters": 128, "variation": 128}
 @cache
 def measured(claim: str) -> dict[str, object]:
     """Return the figures of one claim, measured once a session."""
-    studio = Studio(load_generator(device="CPU"), GRIDS.get(claim, 64))
-    return claims.CLAIMS[claim](studio)
+    bench = SketchBench(load_generator(device="CPU"), GRIDS.get(claim, 64))
+    return claims.CLAIMS[claim](bench)
 
 
 def box(shape, low, high):
@@ -151,7 +151,7 @@ def test_every_template_is_nearest_to_itself(area):
 @pytest.mark.parametrize("letter", LETTERS)
 def test_a_letter_of_liquid_is_read_as_itself(letter):
     strokes = [Stroke(d.points, np.ones_like(d.points)) for d in letter_drawings(letter)]
-    frame, grid = fit_frame(strokes, SIZE), Grid.local(64)
+    frame, grid = fit_frame(strokes, BENCH_SIZE), Grid.local(64)
     drawn = voxelize(frame.strokes_to_local(strokes), grid, PatchSamples.none()).drawn
     liquid = fields_of(distance_transform_edt(~drawn) - 1.8, grid)
     seen = shapes.seen_liquid(liquid, frame, PAGE_FRAME, letter_page(64)).any(axis=2)

@@ -39,4 +39,4 @@ def test_the_command_draws_and_says_what_is_missing(tmp_path: Path, run_command,
     assert run_command(curves.main, *runs, "--out", out, "--cells", 128) == 1
     assert "128^3" in capsys.readouterr().err
     assert run_command(curves.main, f"none={tmp_path / 'c'}", "--out", out) == 1
-    assert "no run of training.train" in capsys.readouterr().err
+    assert "no run of `python -m training train`" in capsys.readouterr().err

@@ -10,6 +10,8 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from liquid_splash_addon.core.condition.channels import PATCH_CLOSENESS, STROKE_VELOCITY  # noqa: E402
+from liquid_splash_addon.core.generator.generator import Generator  # noqa: E402
+from liquid_splash_addon.core.generator.patch_classifier import load_patch_classifier  # noqa: E402
 from liquid_splash_addon.core.generator.sparse import SparseCondition, halved  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
 from liquid_splash_addon.core.liquid.fields import AIR  # noqa: E402
@@ -17,7 +19,6 @@ from liquid_splash_addon.core.pipeline import make_splash  # noqa: E402
 from liquid_splash_addon.core.progress import Cancelled  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
 from liquid_splash_addon.core.sketch.local_frame import fit_frame  # noqa: E402
-from training.data.dataset import augmented_frame, held_out_sample, load_items, samples_on, split_of  # noqa: E402
 from training.data.frames import (  # noqa: E402
     StoredFrame,
     load_scene,
@@ -28,10 +29,12 @@ from training.data.frames import (  # noqa: E402
     scene_path,
     write_whole,
 )
+from training.data.items import load_items, split_of  # noqa: E402
+from training.data.samples import augmented_frame, held_out_sample, samples_on  # noqa: E402
 from training.data.sketching import draw_strokes, trace_frame  # noqa: E402
-from training.data.stream import Lessons, Wish, collate, stream  # noqa: E402
+from training.data.stream import SampleSpecification, TrainingSamples, collate, stream  # noqa: E402
 
-TOY = Wish(cells=32, crop=32)
+TOY = SampleSpecification(cells=32, crop=32)
 
 
 def made_up_frame(rng):
@@ -98,7 +101,7 @@ def test_no_scene_is_in_two_splits(toy_data: Path):
 
 
 def test_missing_data_says_what_to_run(tmp_path: Path):
-    with pytest.raises(ValueError, match=r"training\.simulate"):
+    with pytest.raises(ValueError, match="python -m training simulate"):
         load_items(tmp_path, "train")
 
 
@@ -121,13 +124,16 @@ def test_strokes_follow_the_flow(toy_data: Path):
     assert np.median(np.concatenate(cosines)) > 0.95
 
 
-class Recorder:
-    """Stands where the generator does, keeps the condition it is given, and stops there."""
+class Recorder(Generator):
+    """The bundled generator without its network: it keeps what it is given, and stops there."""
 
     config = None
 
+    def __init__(self):
+        self.classifier = load_patch_classifier()
+
     def generate(self, condition, grid, latent):
-        self.condition, self.grid = condition, grid
+        self.given, self.grid = condition, grid
         raise Cancelled
 
 
@@ -142,8 +148,8 @@ def test_both_paths_give_the_same_condition_to_the_bit(toy_data: Path, cells: in
         make_splash(strokes, settings, recorder)
     assert recorder.grid == Grid.local(cells)
     sample = samples_on(item.load(), item.spacing, strokes, fit_frame(strokes), [recorder.grid])[0]
-    assert sample.condition.values.tobytes() == recorder.condition.values.tobytes()
-    assert sample.condition.where.tobytes() == recorder.condition.where.tobytes()
+    assert sample.condition.values.tobytes() == recorder.given.values.tobytes()
+    assert sample.condition.where.tobytes() == recorder.given.where.tobytes()
     assert sample.condition.values[:, 0].any() and sample.condition.values[:, PATCH_CLOSENESS].any()
 
 
@@ -174,12 +180,12 @@ def test_distance_does_not_depend_on_the_frame(toy_data: Path):
     assert np.ptp(volumes) < 0.1 * np.mean(volumes)
 
 
-def test_lessons_are_drawn_anew_and_in_range(toy_data: Path):
+def test_training_samples_are_drawn_anew_and_in_range(toy_data: Path):
     items = load_items(toy_data, "train")
-    lessons = Lessons(items, TOY, seed=0)
-    first, second = lessons[0], lessons[len(items)]
-    for lesson in (first, second):
-        for part, spacing in ((lesson.box, 0.4 / 32), (lesson.part, 0.4 / 64)):
+    samples = TrainingSamples(items, TOY, seed=0)
+    first, second = samples[0], samples[len(items)]
+    for sample in (first, second):
+        for part, spacing in ((sample.box, 0.4 / 32), (sample.part, 0.4 / 64)):
             assert part.condition.shape == (32, 32, 32) and part.condition.values.any()
             assert part.velocity.shape == (3, 32, 32, 32)
             assert np.abs(part.distance).max() <= AIR
@@ -189,40 +195,41 @@ def test_lessons_are_drawn_anew_and_in_range(toy_data: Path):
 
 def test_a_sample_is_the_same_whoever_draws_it(toy_data: Path):
     items = load_items(toy_data, "train")
-    alone = stream(Lessons(items, TOY, 0), 4, workers=0)
+    alone = stream(TrainingSamples(items, TOY, 0), 4, workers=0)
     first, second = next(alone), next(alone)
-    later = next(stream(Lessons(items, TOY, 0), 4, workers=1, first=4))
-    halves = [next(stream(Lessons(items, TOY, 0), 2, 0, 0, rank, 2)) for rank in (0, 1)]
-    assert torch.equal(later.condition, second.condition)
+    later = next(stream(TrainingSamples(items, TOY, 0), 4, workers=1, first=4))
+    halves = [next(stream(TrainingSamples(items, TOY, 0), 2, 0, 0, rank, 2)) for rank in (0, 1)]
+    assert torch.equal(later.box.condition.dense(), second.box.condition.dense())
     assert torch.equal(later.detail.distance, second.detail.distance)
+    whole = first.box.condition.dense()
     for rank in (0, 1):
-        assert torch.equal(halves[rank].condition, first.condition[rank::2])
+        assert torch.equal(halves[rank].box.condition.dense(), whole[rank::2])
 
 
-def test_the_part_is_where_the_lesson_says(toy_data: Path):
+def test_the_part_is_where_the_sample_says(toy_data: Path):
     """Halved, the part's strokes and liquid are those of the box at the same place."""
-    lessons = Lessons(load_items(toy_data, "train"), TOY, seed=3)
+    samples = TrainingSamples(load_items(toy_data, "train"), TOY, seed=3)
     for number in range(4):
-        lesson = lessons[number]
-        assert all(s % 4 == 0 for s in lesson.start)
-        here = tuple(slice(s // 2, s // 2 + 16) for s in lesson.start)
-        half = halved(SparseCondition.of(lesson.part.condition)).dense()[0].numpy()
-        seen = lesson.box.condition.dense()[(slice(None), *here)]
+        sample = samples[number]
+        assert all(s % 4 == 0 for s in sample.start)
+        here = tuple(slice(s // 2, s // 2 + 16) for s in sample.start)
+        half = halved(SparseCondition.of(sample.part.condition)).dense()[0].numpy()
+        seen = sample.box.condition.dense()[(slice(None), *here)]
         assert np.array_equal(seen[0], half[0])
-        wet = (lesson.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))
-        box = lesson.box.distance[here] < 0
+        wet = (sample.part.distance < 0).reshape(16, 2, 16, 2, 16, 2).mean((1, 3, 5))
+        box = sample.box.distance[here] < 0
         assert ((wet > 0.5) == box).mean() > 0.97
 
 
 def test_obstacles_are_shown_where_they_are(toy_data: Path):
     """In the frame of a sketch turned at random, too: no liquid lies deep in an obstacle."""
     items = [i for i in load_items(toy_data, "train") if i.obstacle.shape != "none"]
-    lessons = Lessons(items, Wish(64, 0, obstacle=1.0), seed=0)
+    samples = TrainingSamples(items, SampleSpecification(64, 0, obstacle=1.0), seed=0)
     shown = 0
     for number in range(4):
-        batch = collate([lessons[number]])
+        batch = collate([samples[number]])
         inside = batch.obstacle[0, 0] > 0.8  # 15 mm deep, a cell of the toy data
         shown += int((batch.obstacle > 0.5).any())
-        assert not (batch.distance[0] < 0)[inside].any()
-    hidden = collate([Lessons(items, Wish(64, 0, obstacle=0.0), seed=0)[0]])
+        assert not (batch.box.distance[0] < 0)[inside].any()
+    hidden = collate([TrainingSamples(items, SampleSpecification(64, 0, obstacle=0.0), seed=0)[0]])
     assert shown and not hidden.obstacle.any()

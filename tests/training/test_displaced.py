@@ -38,6 +38,6 @@ def test_the_command_tells_of_frames(toy_data: Path, run_command, capsys):
     assert run_command(displaced.main, toy_data, "--most", 1, "--cells", 32) == 0
     said = capsys.readouterr().out
     values = [float(line.split()[-1]) for line in said.splitlines() if "IoU" in line]
-    assert len(values) == len(displaced.MOVES) and values == sorted(values, reverse=True)
+    assert len(values) == len(displaced.MOVE_SIZES) and values == sorted(values, reverse=True)
     assert "cells thick" in said
     assert run_command(displaced.main, toy_data / "none") == 1

@@ -15,16 +15,16 @@ torch = pytest.importorskip("torch")
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid  # noqa: E402
 from liquid_splash_addon.core.liquid.fields import AIR, Fields  # noqa: E402
 from tests.training.answering import Slabs  # noqa: E402
-from training.data.dataset import load_items  # noqa: E402
+from training.data.items import load_items  # noqa: E402
 from training.evaluation import ceiling, evaluate  # noqa: E402
 from training.evaluation.answers import BASELINES, latents_for  # noqa: E402
 from training.evaluation.baselines import NearestExample, trace_sketches  # noqa: E402
-from training.evaluation.comparison import SIDE, safe_distance, upright, view_of  # noqa: E402
+from training.evaluation.comparison import DRAWN_CELLS, safe_distance, upright, view_of  # noqa: E402
 from training.evaluation.diversity import diversity, seeds_row  # noqa: E402
 from training.evaluation.diversity import summary as diversity_summary  # noqa: E402
 from training.evaluation.report import (  # noqa: E402
-    STROKES,
-    TIMES,
+    STROKE_GROUPS,
+    TIME_GROUPS,
     frames_hash,
     grouped,
     load_kept,
@@ -66,11 +66,11 @@ def test_a_mean_leaves_out_what_is_not_there():
 
 def test_groups_hold_every_frame_once():
     counts = list(range(5, 21))
-    found = grouped([float(n) for n in counts], counts, STROKES)
-    assert {name: row["frames"] for name, row in found.items()} == dict.fromkeys(STROKES, 4)
+    found = grouped([float(n) for n in counts], counts, STROKE_GROUPS)
+    assert {name: row["frames"] for name, row in found.items()} == dict.fromkeys(STROKE_GROUPS, 4)
     assert found["5-8"]["iou"] == 6.5 and found["17-20"]["iou"] == 18.5
     times = [0.05, 0.0749, 0.075, 0.2, 0.5]
-    found = grouped([1, 0, 1, 0.5, 1], times, TIMES)
+    found = grouped([1, 0, 1, 0.5, 1], times, TIME_GROUPS)
     assert found == {
         "50-75 ms": {"iou": 0.5, "frames": 2},
         "75-100 ms": {"iou": 1.0, "frames": 1},
@@ -154,7 +154,7 @@ def test_twins_of_a_data_set_are_measured_once_and_read(toy_data, tmp_path, run_
     with pytest.raises(ValueError, match="other data"):
         load_twins(out, items)
     out.write_text("[{}]")
-    with pytest.raises(ValueError, match=r"no file of training\.ceiling"):
+    with pytest.raises(ValueError, match="no file of `python -m training ceiling"):
         load_twins(out, items)
 
 
@@ -235,7 +235,7 @@ def test_pictures_stand_upright(cells: int):
     ball = np.clip(away / grid.spacing, -AIR, AIR).astype(np.float32)
     drawn = upright(ball, grid, axes)
     cells_wet = np.argwhere(drawn < 0) + 0.5
-    expected = axes.T @ place / LOCAL_SPACING + SIDE / 2
+    expected = axes.T @ place / LOCAL_SPACING + DRAWN_CELLS / 2
     assert cells_wet.mean(axis=0) == pytest.approx(expected, abs=0.1)
     radius = 0.04 / LOCAL_SPACING
     middles = np.stack(np.indices(drawn.shape), axis=-1) + 0.5
@@ -266,9 +266,9 @@ def test_the_command_measures_models_side_by_side(
 ):
     known = {"ours": Slabs(), "coarse": Slabs(finest=1 / 40)}
 
-    def load(wishes, precision):
+    def load(requests, precision):
         assert precision == "float32"
-        names = [wish.partition("=")[0] for wish in wishes]
+        names = [request.partition("=")[0] for request in requests]
         return {name: known[name] for name in names}, {name: f"hash of {name}" for name in names}
 
     monkeypatch.setattr(evaluate, "load_answers", load)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from training.data.dataset import SPLITS, list_items, load_items
 from training.data.frames import load_parameters
 from training.data.inspect import histogram
 from training.data.inspect import main as inspect_main
+from training.data.items import SPLITS, list_items, load_items
 from training.evaluation.ceiling import frame_iou, stored_twins
 from training.evaluation.ceiling import main as ceiling_main
 from training.figures.picture import contact_sheet, draw_liquid, titled
 from training.research import ruptures
-from training.scenes.obstacles import NOTHING, Obstacle
+from training.scenes.bodies import NOTHING, Body
 from training.scenes.scene import Scene
 
 
@@ -43,7 +43,7 @@ def test_a_ball_is_drawn_as_a_disc_of_its_size():
 
 def test_a_solid_hides_what_lies_behind_it_and_strokes_lie_on_top():
     towards_camera = np.array([20 + 10 * np.cos(0.6), 20 + 10 * np.sin(0.6), 26.0])
-    solid = Obstacle("sphere", 8.0, 8.0, towards_camera, np.eye(3))
+    solid = Body("sphere", 8.0, 8.0, towards_camera, np.eye(3))
     free, hidden = (draw_liquid(ball(), 80, body, width=48.0) for body in (NOTHING, solid))
     assert (blueness(hidden) > 25).sum() < 0.8 * (blueness(free) > 25).sum()
     line = np.array([[20.0, 20, 10], [20, 20, 30]])
@@ -92,7 +92,7 @@ def test_inspect_says_what_there_is_and_draws_it(toy_data: Path, tmp_path, run_c
 
 def test_inspect_says_when_there_is_nothing(tmp_path: Path, run_command, capsys):
     assert run_command(inspect_main, tmp_path) == 1
-    assert "training.simulate" in capsys.readouterr().err
+    assert "python -m training simulate" in capsys.readouterr().err
 
 
 def test_frames_of_twins_are_compared_where_they_lie(toy_data: Path):

@@ -12,9 +12,11 @@ torch = pytest.importorskip("torch")
 
 from torch.utils.flop_counter import FlopCounterMode  # noqa: E402
 
+from liquid_splash_addon.core.condition.channels import CHANNELS  # noqa: E402
 from liquid_splash_addon.core.grid import Grid  # noqa: E402
+from tests.core.batches import sparse_condition  # noqa: E402
 from tests.core.sketching import sparse  # noqa: E402
-from training.learning.losses import VELOCITY_SCALE, Batch  # noqa: E402
+from training.data.batch import VELOCITY_SCALE, Batch, Cells  # noqa: E402
 from training.learning.paper import paper_learner  # noqa: E402
 from training.learning.paper.networks import (  # noqa: E402
     PaperConfig,
@@ -42,8 +44,10 @@ def toy_batch(size: int = 1, cells: int = CELLS) -> Batch:
         distance[:, None] < 0, torch.tensor([0.2, 0, 0.6])[:, None, None, None], velocity
     )
     crossed = ((z - height).abs() < 1) & ((y - cells / 2).abs() < 1)
-    condition = torch.cat([torch.ones_like(distance)[:, None], velocity], 1) * crossed[:, None]
-    return Batch(condition, distance, velocity, torch.zeros_like(condition[:, :1]))
+    condition = torch.zeros(size, CHANNELS, cells, cells, cells)
+    condition[:, 0], condition[:, 1:4] = crossed, velocity * crossed[:, None]
+    box = Cells(sparse_condition(condition), distance, velocity)
+    return Batch(box, torch.zeros_like(condition[:, :1]))
 
 
 def weights(network: torch.nn.Module) -> torch.Tensor:
@@ -65,13 +69,13 @@ def operations(network: torch.nn.Module, *inputs: torch.Tensor) -> int:
 
 def test_full_networks_have_the_size_that_the_papers_figures_imply():
     with torch.device("meta"):
-        generator, judge = PaperGenerator(PaperConfig()), PaperDiscriminator(PaperConfig())
+        generator, opponent = PaperGenerator(PaperConfig()), PaperDiscriminator(PaperConfig())
         grid = torch.empty(1, 4, 128, 128, 128)
         output = generator(grid)
         assert output.shape == grid.shape
         assert count(generator) == pytest.approx(167.3e6, rel=1e-3)
         assert operations(generator, grid) == pytest.approx(213.5e9, rel=1e-3)
-        assert operations(judge, grid, output) == pytest.approx(77.3e9, rel=1e-3)
+        assert operations(opponent, grid, output) == pytest.approx(77.3e9, rel=1e-3)
 
 
 @pytest.mark.parametrize(("cells", "levels"), [(16, 4), (64, 6), (128, 7)])
@@ -79,13 +83,13 @@ def test_levels_end_in_one_cell(cells: int, levels: int):
     config = PaperConfig(cells, width=1)
     assert len(config.widths) == levels
     with torch.device("meta"):
-        generator, judge = PaperGenerator(config), PaperDiscriminator(config)
+        generator, opponent = PaperGenerator(config), PaperDiscriminator(config)
         grid = torch.empty(2, 4, cells, cells, cells)
         found = []
         generator.encoder[-1].register_forward_hook(lambda *seen: found.append(seen[2].shape))
         assert generator(grid).shape == grid.shape
         assert found[0][2:] == (1, 1, 1)
-        assert judge(grid, grid).shape == (2,)
+        assert opponent(grid, grid).shape == (2,)
 
 
 def test_sizes_that_do_not_halve_to_one_cell_are_refused():
@@ -97,10 +101,10 @@ def test_sizes_that_do_not_halve_to_one_cell_are_refused():
 def test_target_has_no_velocity_in_the_air():
     batch = toy_batch()
     wanted = target(batch)
-    liquid = (batch.distance < 0).expand(3, -1, -1, -1)
+    liquid = (batch.box.distance < 0).expand(3, -1, -1, -1)
     assert set(wanted[0, 0].unique().tolist()) == {0.0, 1.0}
-    assert torch.equal(wanted[0, 1:][liquid], batch.velocity[0][liquid])
-    assert batch.velocity[0][~liquid].abs().max() > 0
+    assert torch.equal(wanted[0, 1:][liquid], batch.box.velocity[0][liquid])
+    assert batch.box.velocity[0][~liquid].abs().max() > 0
     assert wanted[0, 1:][~liquid].abs().max() == 0
 
 
@@ -112,7 +116,7 @@ def test_plain_network_learns_one_pair_by_heart():
         last = learner.step(batch, 0, 1)
     learner.finish(itertools.repeat(batch))
     output = learner.predict(batch)
-    truth = batch.distance[0] < 0
+    truth = batch.box.distance[0] < 0
     assert iou((output[0, 0] > 0.5).numpy(), truth.numpy()) > 0.9
     assert (output[0, 3][truth] - 0.6).abs().mean() < 0.3  # nothing learnt: 0.6
     assert last["l1"] < 0.3 * first["l1"]
@@ -141,24 +145,24 @@ def test_a_step_trains_both_networks():
 def test_each_network_is_trained_for_its_own_end():
     learner = PaperLearner(GAN)
     batch = toy_batch(2)
-    truth, output = target(batch), learner.generator(batch.condition)
+    truth, output = target(batch), learner.generator(learner.condition(batch))
     opinion = weights(learner.discriminator)
-    learner.improve(batch.condition, truth, output, 1)
+    learner.improve(learner.condition(batch), truth, output, 1)
     assert torch.equal(weights(learner.discriminator), opinion)
     made = weights(learner.generator)
-    learner.oppose(batch.condition, truth, output.detach(), 1)
+    learner.oppose(learner.condition(batch), truth, output.detach(), 1)
     assert torch.equal(weights(learner.generator), made)
 
 
 def test_discriminator_learns_to_tell_truth_from_output():
     learner = PaperLearner(GAN)
     batch = toy_batch(2)
-    truth, output = target(batch), learner.generator(batch.condition).detach()
+    truth, output = target(batch), learner.generator(learner.condition(batch)).detach()
     for _ in range(20):
-        loss = learner.oppose(batch.condition, truth, output, 1)
+        loss = learner.oppose(learner.condition(batch), truth, output, 1)
     assert loss < 0.2
-    assert (learner.discriminator(batch.condition, truth) > 0).all()
-    assert (learner.discriminator(batch.condition, output) < 0).all()
+    assert (learner.discriminator(learner.condition(batch), truth) > 0).all()
+    assert (learner.discriminator(learner.condition(batch), output) < 0).all()
 
 
 def test_generator_learns_to_pass_for_the_truth():
@@ -166,11 +170,13 @@ def test_generator_learns_to_pass_for_the_truth():
     batch = toy_batch(2)
     truth = target(batch)
     for _ in range(20):
-        learner.oppose(batch.condition, truth, learner.generator(batch.condition).detach(), 1)
+        learner.oppose(
+            learner.condition(batch), truth, learner.generator(learner.condition(batch)).detach(), 1
+        )
     losses = []
     for _ in range(20):
-        output = learner.generator(batch.condition)
-        losses.append(learner.improve(batch.condition, truth, output, 1)["adversarial"])
+        output = learner.generator(learner.condition(batch))
+        losses.append(learner.improve(learner.condition(batch), truth, output, 1)["adversarial"])
     assert losses[-1] < 0.5 * losses[0]
 
 
@@ -221,13 +227,13 @@ def test_answers_repeat_and_leave_random_numbers_alone():
     assert torch.equal(learner.generator.encoder[1][1].running_mean, running)
     torch.rand(5)
     assert torch.equal(learner.predict(batch), first)
-    assert not first.requires_grad and first.shape == batch.condition.shape
+    assert not first.requires_grad and first.shape == learner.condition(batch).shape
     assert 0 <= first[:, 0].min() and first[:, 0].max() <= 1
 
 
 def test_dropout_is_the_noise_in_use():
     learner = PaperLearner(GAN)
-    condition = toy_batch().condition
+    condition = learner.condition(toy_batch())
     one, other = (answer(learner.generator, condition, seed) for seed in (0, 1))
     assert not torch.allclose(one, other, atol=1e-5)
     quiet = PaperGenerator(PaperConfig(CELLS, width=4, dropout=0.0))
@@ -241,9 +247,9 @@ def test_finish_takes_the_statistics_of_the_batches_given():
     learner.finish(itertools.repeat(batch))
     level = learner.generator.encoder[:2]
     with torch.no_grad():
-        seen = level[1][0](torch.nn.functional.leaky_relu(level[0](batch.condition), 0.2))
+        seen = level[1][0](torch.nn.functional.leaky_relu(level[0](learner.condition(batch)), 0.2))
     assert torch.allclose(level[1][1].running_mean, seen.mean((0, 2, 3, 4)), atol=1e-5)
-    assert level[1][1].momentum == paper_learner.MOMENTUM
+    assert level[1][1].momentum == paper_learner.NORM_MOMENTUM
 
 
 def test_half_precision_trains_float32_weights():
@@ -266,7 +272,7 @@ def test_a_run_is_loaded_for_use(tmp_path: Path):
     learner.step(toy_batch(2), 0, 1)
     state = {"kind": "paper", "config": asdict(GAN), "learner": learner.state(), "steps": 1}
     torch.save(state, tmp_path / "checkpoint.pt")
-    condition = batch.condition[0].numpy().copy()
+    condition = learner.condition(batch)[0].numpy().copy()
     condition[1:] *= VELOCITY_SCALE
     given, grid = condition.copy(), Grid.local(CELLS)
     loaded = load_paper(tmp_path)

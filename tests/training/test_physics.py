@@ -8,31 +8,24 @@ import pytest
 from scipy.spatial import cKDTree
 
 from liquid_splash_addon.core.fluid.cells import activate
+from liquid_splash_addon.core.fluid.collision import open_share
 from liquid_splash_addon.core.fluid.density import enclosed_cells, free_share, volume_share
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence
+from liquid_splash_addon.core.fluid.step import GRAVITY, Liquid, Physics, World, advance, flow, step
 from liquid_splash_addon.core.fluid.surface_tension import WATER
-from tests.training.liquids import SPACING, at_rest, block, momentum, tank
+from tests.training.liquids import SPACING, block, momentum, tank
+from training.scenes.bodies import NOTHING, Body
 from training.scenes.families import random_scene
-from training.scenes.obstacles import NOTHING, Obstacle, open_share
 from training.scenes.scene import Streamlet
 from training.simulation.simulate import overlap
-from training.simulation.stepping import (
-    GRAVITY,
-    Physics,
-    World,
-    advance,
-    flow,
-    initial_liquid,
-    step,
-)
 
 G = GRAVITY / SPACING
 
 
 def test_a_falling_blob_follows_gravity():
     world = World(128, G, 0.0, NOTHING)
-    liquid = at_rest(block((56, 58, 90), (68, 66, 100), (30.0, -20.0, 50.0)))
+    liquid = Liquid.at_start(block((56, 58, 90), (68, 66, 100), (30.0, -20.0, 50.0)))
     later = advance(liquid, world, 0.3)
     moved = later.particles.positions.mean(0) - liquid.particles.positions.mean(0)
     assert moved == pytest.approx([9.0, -6.0, 15.0 - G * 0.3**2 / 2], abs=0.02)
@@ -42,7 +35,7 @@ def test_a_falling_blob_follows_gravity():
 
 def test_a_standing_column_stays_still():
     world = World(80, G, 0.0, tank(10, 12))
-    liquid = at_rest(block((28, 30, 30), (52, 50, 42)))
+    liquid = Liquid.at_start(block((28, 30, 30), (52, 50, 42)))
     later = advance(liquid, world, 0.5)
     moved = later.particles.positions - liquid.particles.positions
     assert abs(np.sort(later.particles.positions[:, 2])[-100:].mean() - 41.75) < 0.25
@@ -55,11 +48,11 @@ def test_a_standing_column_stays_still():
 def dam_break(seconds, **switches):
     """Return a closed dam break after ``seconds``, and how full its enclosed cells are."""
     world = World(80, G, 0.0, tank(8, 24), Physics(**switches))
-    liquid = at_rest(block((16, 32, 32), (28, 48, 46)))
+    liquid = Liquid.at_start(block((16, 32, 32), (28, 48, 46)))
     liquid = advance(liquid, world, seconds)
     cells = activate(liquid.particles.positions, (world.cells,) * 3, 2)
-    free = free_share(world.obstacle.distance(cells.coordinates + 0.5))
-    share = open_share(cells.coordinates, world.obstacle)
+    free = free_share(world.solid.distance(cells.coordinates + 0.5))
+    share = open_share(cells.coordinates, world.solid)
     fullness = (volume_share(liquid.particles, cells) / np.maximum(free, 0.2))[: cells.liquid]
     enclosed = enclosed_cells(cells, share) & (free[: cells.liquid] > 0.2)
     assert enclosed.sum() > 500
@@ -98,7 +91,7 @@ def test_the_dam_breaks_front_is_martin_and_moyces():
     world = World(120, G, 0.0, tank(half_width, 40, centre=low + 40))
     bottom = low + 40 - half_width
     corner = (low, bottom, bottom)
-    liquid = at_rest(block(corner, (low + a, bottom + 32, bottom + 32)))
+    liquid = Liquid.at_start(block(corner, (low + a, bottom + 32, bottom + 32)))
     errors = []
     for scaled, front in MARTIN_MOYCE:
         liquid = advance(liquid, world, scaled / np.sqrt(2 * G / a))
@@ -112,10 +105,10 @@ def test_the_dam_breaks_front_is_martin_and_moyces():
 def test_what_is_held_and_what_has_left_is_what_was_emitted(family):
     scene = random_scene(3, 32, family)
     small = replace(scene, cells=48).shifted(np.full(3, -8 * scene.spacing))
-    liquid = initial_liquid(small)
+    liquid = small.liquid()
     poured = sum(np.pi * s.radius**2 * s.length for s in small.streamlets) / small.spacing**3
     assert liquid.emitted == pytest.approx(poured, rel=1e-4)
-    later = advance(liquid, World.of(small), 0.25)
+    later = advance(liquid, small.world(), 0.25)
     held = later.particles.volumes.sum(dtype=float)
     assert 0 < later.left < liquid.emitted
     assert held + later.left == pytest.approx(liquid.emitted, rel=1e-6)
@@ -124,8 +117,8 @@ def test_what_is_held_and_what_has_left_is_what_was_emitted(family):
 
 def test_splitting_and_merging_keep_the_mass():
     scene = random_scene(1, 48, "streamlet")
-    liquid = initial_liquid(scene)
-    later = advance(liquid, World.of(scene), scene.impact + 0.03)
+    liquid = scene.liquid()
+    later = advance(liquid, scene.world(), scene.impact + 0.03)
     assert len(later.particles.positions) != len(liquid.particles.positions)
     assert later.left == pytest.approx(0, abs=1e-5 * liquid.emitted)
 
@@ -138,13 +131,13 @@ def two_jets(seed=0):
         Streamlet(20.0, 5.0, 300.0, np.array([79.0, 80, 80]), x),
         Streamlet(20.0, 4.0, 400.0, np.array([81.0, 81, 79]), -x),
     )
-    return at_rest(Particles.joined(*(jet.fill(1.0, rng) for jet in jets)))
+    return Liquid.at_start(Particles.joined(*(jet.fill(1.0, rng) for jet in jets)))
 
 
 def test_momentum_is_kept_without_gravity():
     """In flight exactly; in a collision to what the stepped free surface costs."""
     world = World(160, 0.0, 0.0, NOTHING)
-    flight = at_rest(block((70, 70, 70), (90, 82, 80), (200.0, 100.0, -50.0)))
+    flight = Liquid.at_start(block((70, 70, 70), (90, 82, 80), (200.0, 100.0, -50.0)))
     before, after = momentum(flight), momentum(advance(flight, world, 0.1))
     assert after == pytest.approx(before, rel=1e-4)
     jets = two_jets()
@@ -157,10 +150,10 @@ def test_momentum_is_kept_without_gravity():
 
 def test_the_flow_has_no_divergence_in_the_liquid():
     scene = random_scene(2, 48, "streamlet")
-    world = World.of(scene)
-    liquid = advance(initial_liquid(scene), world, scene.impact + 0.02)
+    world = scene.world()
+    liquid = advance(scene.liquid(), world, scene.impact + 0.02)
     current = flow(liquid.particles, world, kick=0.0)
-    share = open_share(current.cells.coordinates, world.obstacle)
+    share = open_share(current.cells.coordinates, world.solid)
     near_wall = Poisson.assemble(current.cells, share).walled
     before = divergence(current.before, current.cells, share)[~near_wall]
     after = divergence(current.after, current.cells, share)[~near_wall]
@@ -174,10 +167,10 @@ def test_a_symmetric_scene_stays_symmetric():
     mirrors = [np.array([x, y, 1]) for x in (1, -1) for y in (1, -1)]
     mirrored = [(p - 40) * mirror + 40 for mirror in mirrors]
     particles = Particles.moving(np.concatenate(mirrored), np.array([0, 0, -250.0]), 1 / 8)
-    ball = Obstacle("sphere", 8.0, 8.0, np.array([40.0, 40.0, 42.0]), np.eye(3))
+    ball = Body("sphere", 8.0, 8.0, np.array([40.0, 40.0, 42.0]), np.eye(3))
     # Which of two mirrored particles splits first is a matter of rounding: sheets are off.
     world = World(80, G, 0.0, ball, Physics(sheets=False))
-    liquid = at_rest(particles)
+    liquid = Liquid.at_start(particles)
     for _ in range(20):
         liquid = step(liquid, world, 1 / 500)
     where = liquid.particles.positions.astype(float)
@@ -195,7 +188,7 @@ def test_surface_tension_rounds_a_rod():
     ratios = []
     for tension in (True, False):
         world = World(80, 0.0, WATER / spacing**3, NOTHING, Physics(tension=tension))
-        liquid = advance(at_rest(block((30, 37, 37), (50, 43, 43))), world, 0.05)
+        liquid = advance(Liquid.at_start(block((30, 37, 37), (50, 43, 43))), world, 0.05)
         spread = liquid.particles.positions.std(axis=0)
         ratios.append(spread[0] / spread[1:].mean())
     assert ratios[0] < 0.7 * ratios[1]
@@ -204,10 +197,10 @@ def test_surface_tension_rounds_a_rod():
 
 def test_twins_differ_in_detail_and_agree_in_shape():
     scene = random_scene(1, 48, "streamlet")
-    world = World.of(scene)
+    world = scene.world()
     cells = []
     for jitter_seed in (0, 1):
-        liquid = advance(initial_liquid(scene, jitter_seed), world, scene.impact + 0.05)
+        liquid = advance(scene.liquid(jitter_seed), world, scene.impact + 0.05)
         p = liquid.particles.positions.astype(np.int64) // 2
         cells.append(np.unique((p[:, 0] << 40) + (p[:, 1] << 20) + p[:, 2]))
     assert not np.array_equal(*cells)

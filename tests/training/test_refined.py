@@ -10,7 +10,7 @@ pytest.importorskip("torch")
 
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
-from training.data.dataset import split_of
+from training.data.items import split_of
 from training.research import refined, surfaces
 from training.simulation import simulate
 
@@ -40,7 +40,7 @@ def test_refined_command(run_command, toy_data, tmp_path, capsys):
     out = tmp_path / "refined.json"
     assert run_command(refined.main, toy_data, "--most", 1, "--out", out) == 0
     figures = json.loads(out.read_text())
-    assert set(figures) == {"about", *refined.STEPS}
+    assert set(figures) == {"about", *refined.REFINEMENTS}
     assert figures["before"]["volume"] == 0
     assert figures["droplets"]["volume"] > 0
     assert abs(figures["after"]["iou"] - figures["before"]["iou"]) < 0.2
@@ -59,7 +59,7 @@ def test_surfaces_command(run_command, toy_data, tmp_path):
 @pytest.mark.parametrize("command", [refined.main, surfaces.main])
 def test_no_data_is_an_error_with_advice(run_command, tmp_path, capsys, command):
     assert run_command(command, tmp_path) == 1
-    assert "training.simulate" in capsys.readouterr().err
+    assert "python -m training simulate" in capsys.readouterr().err
 
 
 def test_one_split_is_simulated_alone(run_command, tmp_path, monkeypatch):

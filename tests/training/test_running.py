@@ -31,8 +31,8 @@ def start(*arguments, **options):
 
 
 def simulate(*arguments, **options):
-    """Start training.simulate."""
-    return start("-m", "training.simulate", *COARSE, *arguments, **options)
+    """Start ``python -m training simulate``."""
+    return start("-m", "training", "simulate", *COARSE, *arguments, **options)
 
 
 def wait_until(done, seconds=120.0):
@@ -191,14 +191,27 @@ def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
         assert torch.allclose(curves[1][name], tensor, atol=5e-6), name
 
 
+def test_the_command_trains_in_two_processes(toy_data: Path, tmp_path: Path):
+    """As ``torchrun -m training train``, with processes of its own that draw the samples."""
+    torch = pytest.importorskip("torch")
+    torchrun = ["-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
+    paper = ("--model", "unet", "--cells", 16, "--steps", 2)  # ours would take minutes
+    options = (*paper, "--workers", 1, "--threads", 1, "--device", "cpu", "--precision", "float32")
+    run = start(*torchrun, "-m", "training", "train", toy_data, *options, "--out", tmp_path)
+    _, errors = run.communicate()
+    assert run.returncode == 0, errors
+    state = torch.load(tmp_path / "checkpoint.pt", weights_only=True)
+    assert state["steps"] == 2 and state["kind"] == "paper"
+
+
 TWO_PROCESSES = """
 import sys
 from pathlib import Path
-from training import parallel
-from training.dataset import load_items
-from training.splash_learner import SplashConfig, SplashLearner
-from training.train import Run, TrainConfig, train
-from liquid_splash_addon.core.network import NetworkConfig
+from training.data.items import load_items
+from training.learning import parallel
+from training.learning.splash_learner import SplashConfig, SplashLearner
+from training.learning.train import Run, TrainConfig, train
+from liquid_splash_addon.core.generator.splash_unet import NetworkConfig
 
 rank, world = parallel.start()
 shape = NetworkConfig((4, 8, 8, 8), (1, 1, 1, 1), (1, 1, 1), (4, 8), (1, 1, 1), latent_channels=2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes, obstacles and the motion of the liquid."""
+"""Scenes, bodies and the motion of the liquid."""
 
 from dataclasses import replace
 
@@ -7,34 +7,35 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from liquid_splash_addon.core.fluid.collision import collide, open_share
 from liquid_splash_addon.core.fluid.particles import Particles
-from training.scenes.families import FAMILIES, GAP, random_scene
-from training.scenes.obstacles import SHAPES, Obstacle, collide, open_share
+from liquid_splash_addon.core.fluid.step import OPEN_MARGIN, advance, step
+from training.scenes.bodies import SHAPES, Body
+from training.scenes.families import FAMILIES, START_GAP, random_scene
 from training.scenes.scene import Streamlet
 from training.simulation.simulate import simulate
 from training.simulation.snapshot import take_frame
-from training.simulation.stepping import WALL, World, advance, initial_liquid, step
 
 COARSE = 32
 
 
 def body(shape):
-    """Return an obstacle of this shape, turned, in cells."""
+    """Return a body of this shape, turned, in cells."""
     angle = 0.7
     axes = np.array(
         [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
     )
-    return Obstacle(shape, 5.0, 4.0, np.array([16.0, 17.0, 15.0]), axes)
+    return Body(shape, 5.0, 4.0, np.array([16.0, 17.0, 15.0]), axes)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_obstacle_distances_have_slope_one_and_agree_with_the_shape(shape):
-    obstacle = body(shape)
+def test_body_distances_have_slope_one_and_agree_with_the_shape(shape):
+    solid = body(shape)
     points = np.random.default_rng(0).uniform(4, 28, (4000, 3))
-    distance = obstacle.distance(points)
+    distance = solid.distance(points)
     step_size = 1e-5
     slopes = [
-        (obstacle.distance(points + step_size * axis) - distance) / step_size for axis in np.eye(3)
+        (solid.distance(points + step_size * axis) - distance) / step_size for axis in np.eye(3)
     ]
     slope = np.linalg.norm(slopes, axis=0)
     assert np.median(np.abs(slope - 1)) < 1e-6
@@ -48,7 +49,7 @@ def test_obstacle_distances_have_slope_one_and_agree_with_the_shape(shape):
 
 
 def test_open_share_of_a_wall_is_the_part_beside_it():
-    wall = Obstacle("cube", 10.0, 1.0, np.array([20.3, 15.0, 15.0]), np.eye(3))
+    wall = Body("cube", 10.0, 1.0, np.array([20.3, 15.0, 15.0]), np.eye(3))
     share = open_share(np.array([[8, 15, 15], [10, 15, 15], [11, 15, 15], [12, 15, 15]]), wall)
     assert share[:, 0].tolist() == [1, 1, 0, 0]  # faces at x = 8, 10, 11, 12; the wall at 10.3
     assert share[1, 1] == pytest.approx(0.3, abs=0.13)
@@ -84,7 +85,7 @@ def test_the_liquid_starts_just_before_what_it_hits(family, seed):
         others = cKDTree(rest).query(flying)[0]
     # The jets meet at an angle, between their sampled points.
     most = 4 if family == "jets" else 1.5
-    assert 0.2 < others.min() / scene.spacing < GAP + most
+    assert 0.2 < others.min() / scene.spacing < START_GAP + most
     assert scene.obstacle.distance(places).min() > -0.1 * scene.spacing
 
 
@@ -112,9 +113,9 @@ def test_seeding_is_even():
 
 def test_liquid_stays_out_of_the_obstacle_and_slows_down():
     scene = random_scene(5, COARSE, "streamlet")
-    world = World.of(scene)
-    liquid = advance(initial_liquid(scene), world, scene.impact + 0.08).particles
-    assert world.obstacle.distance(liquid.positions).min() > -0.1
+    world = scene.world()
+    liquid = advance(scene.liquid(), world, scene.impact + 0.08).particles
+    assert world.solid.distance(liquid.positions).min() > -0.1
     direction, speed = scene.streamlets[0].direction, scene.streamlets[0].speed
     momentum = np.average(liquid.velocities, axis=0, weights=liquid.volumes) @ direction
     free = speed + 9.81 * 0.08 * -direction[2]
@@ -124,12 +125,12 @@ def test_liquid_stays_out_of_the_obstacle_and_slows_down():
 
 def test_liquid_that_reaches_the_wall_is_dropped_and_counted():
     scene = random_scene(0, COARSE, "streamlet")
-    liquid = initial_liquid(scene)
+    liquid = scene.liquid()
     particles = liquid.particles
-    particles.positions[:10] = WALL + np.arange(10)[:, None] * 0.01 + 0.05
+    particles.positions[:10] = OPEN_MARGIN + np.arange(10)[:, None] * 0.01 + 0.05
     particles.velocities[:10] = -1000.0
     particles.affine[:10] = 0.0
-    after = step(liquid, World.of(scene), 1e-3)
+    after = step(liquid, scene.world(), 1e-3)
     assert after.left == pytest.approx(particles.volumes[:10].sum(), rel=1e-3)
 
 
@@ -163,7 +164,7 @@ def test_frames_can_be_stored_coarser_than_they_were_simulated():
 
 def test_spray_is_kept_as_droplets_not_as_occupancy():
     scene = random_scene(0, COARSE, "streamlet")
-    world, liquid = World.of(scene), initial_liquid(scene)
+    world, liquid = scene.world(), scene.liquid()
     drop = Particles.moving(
         np.array([[50.2, 20.3, 20.4], [50.4, 20.3, 20.4]]), np.full(3, 8.0), 1 / 8
     )

@@ -10,8 +10,8 @@ import pytest
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import Fields
 from liquid_splash_addon.core.sketch.strokes import Stroke
-from training.data.dataset import load_items, split_of
 from training.data.frames import scene_path
+from training.data.items import load_items, split_of
 from training.research import slow_and_fast
 
 

@@ -10,22 +10,34 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from liquid_splash_addon.core.condition.channels import CHANNELS  # noqa: E402
+from torch.utils.data._utils.pin_memory import pin_memory  # noqa: E402
+
+from liquid_splash_addon.core.condition.channels import (  # noqa: E402
+    CHANNELS,
+    PATCH_VELOCITY,
+    STROKE_VELOCITY,
+)
 from liquid_splash_addon.core.generator.latent import candidates, latent_shape  # noqa: E402
 from liquid_splash_addon.core.generator.loading import load_generator  # noqa: E402
 from liquid_splash_addon.core.generator.patch_classifier import load_patch_classifier  # noqa: E402
-from liquid_splash_addon.core.generator.sparse import sparse_condition  # noqa: E402
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, SplashNetwork  # noqa: E402
 from liquid_splash_addon.core.settings import SplashSettings  # noqa: E402
-from training.data.dataset import load_items  # noqa: E402
-from training.data.stream import Lessons, Wish, stream  # noqa: E402
+from tests.core.batches import sparse_condition  # noqa: E402
+from training.data.batch import VELOCITY_SCALE, Cells  # noqa: E402
+from training.data.items import load_items  # noqa: E402
+from training.data.stream import (  # noqa: E402
+    SampleSpecification,
+    TrainingSamples,
+    collate,
+    stream,
+)
 from training.evaluation import evaluate  # noqa: E402
 from training.evaluation.answers import BASELINES  # noqa: E402
 from training.evaluation.baselines import best_radius, distance_to  # noqa: E402
 from training.learning import export  # noqa: E402
 from training.learning import train as train_module  # noqa: E402
-from training.learning.losses import Cells, sample_losses  # noqa: E402
-from training.learning.splash_learner import SplashConfig, SplashLearner, cut  # noqa: E402
+from training.learning.losses import sample_losses  # noqa: E402
+from training.learning.splash_learner import SplashConfig, SplashLearner, crop_each  # noqa: E402
 from training.learning.train import Run, TrainConfig, train  # noqa: E402
 from training.measures.metrics import occupancy_metrics, velocity_metrics  # noqa: E402
 
@@ -37,7 +49,8 @@ IMLE = SplashConfig(imle_from=0.0, candidates=2)
 @pytest.fixture
 def batches(toy_data: Path):
     """Return three batches of real samples."""
-    endless = stream(Lessons(load_items(toy_data, "train"), Wish(32, 32), 0), 2, workers=0)
+    samples = TrainingSamples(load_items(toy_data, "train"), SampleSpecification(32, 32), 0)
+    endless = stream(samples, 2, workers=0)
     return [next(endless) for _ in range(3)]
 
 
@@ -57,7 +70,8 @@ def test_perfect_output_has_the_least_loss():
     distance[:, 4:8] = -2.0
     velocity = torch.zeros(1, 3, 16, 16, 16)
     velocity[:, 0, 3:9] = 0.4
-    cells = Cells(torch.zeros(1, 4, 16, 16, 16), distance, velocity)
+    nothing = sparse_condition(torch.zeros(1, CHANNELS, 16, 16, 16))
+    cells = Cells(nothing, distance, velocity)
     logit = torch.where(distance < 0, 20.0, -20.0)
     perfect = torch.cat([logit[:, None], distance[:, None] / 3, velocity], 1)
     assert sample_losses(perfect, cells)[0] < 1e-3
@@ -74,13 +88,61 @@ def test_training_lowers_the_loss_of_both_networks(batches):
     assert losses[-1]["detail"] < 0.9 * losses[0]["detail"]
 
 
+def densely(samples) -> torch.Tensor:
+    """Return the conditions of samples, ``(B, 18, X, Y, Z)``, velocities over their scale."""
+    dense = torch.from_numpy(np.stack([sample.condition.dense() for sample in samples]))
+    for which in (STROKE_VELOCITY, PATCH_VELOCITY):
+        dense[:, which] /= VELOCITY_SCALE
+    return dense
+
+
+def test_sparse_batches_teach_what_dense_conditions_would(toy_data: Path):
+    samples = TrainingSamples(load_items(toy_data, "train"), SampleSpecification(32, 32), 0)
+    drawn = [samples[number] for number in range(2)]
+    batch = collate(drawn)
+    boxes, parts = (densely(lot) for lot in zip(*((s.box, s.part) for s in drawn), strict=True))
+    for cells, dense in ((batch.box, boxes), (batch.detail, parts)):
+        assert torch.equal(cells.condition.dense(), dense)
+        assert torch.equal(cells.condition.stroke_occupancy(), dense[:, 0])
+    searched = replace(
+        batch,
+        box=replace(batch.box, condition=sparse_condition(boxes)),
+        detail=replace(batch.detail, condition=sparse_condition(parts)),
+    )
+    learners = [toy_learner(deterministic=1.0) for _ in range(2)]
+    for _ in range(2):
+        losses = [
+            learner.step(given, 0.0, 1.0)
+            for learner, given in zip(learners, (batch, searched), strict=True)
+        ]
+        assert losses[0] == pytest.approx(losses[1], abs=1e-6)
+    weights = [learner.network.state_dict() for learner in learners]
+    for name, tensor in weights[0].items():
+        assert torch.allclose(weights[1][name], tensor, atol=1e-6), name
+
+
+def test_all_of_a_batch_is_pinned_and_moved(batches, monkeypatch):
+    pinned = []
+    monkeypatch.setattr(torch.Tensor, "pin_memory", lambda x: pinned.append(x) or x.clone())
+    batch = pin_memory(batches[0])  # as torch's loader does
+    assert len(pinned) == 9
+    for given, cells in ((batches[0].box, batch.box), (batches[0].detail, batch.detail)):
+        assert torch.equal(cells.condition.dense(), given.condition.dense())
+        assert tuple(cells.condition.shape) == given.condition.shape
+    moved = batch.to("meta")
+    for cells in (moved.box, moved.detail):
+        tensors = (*cells.condition[:2], cells.distance, cells.velocity)
+        assert all(tensor.is_meta for tensor in tensors)
+    assert moved.obstacle.is_meta and not moved.start.is_meta
+
+
 def test_a_stopped_run_goes_on_exactly(toy_data: Path, tmp_path: Path):
     """Also in what it is shown: a killed run repeats nothing and leaves nothing out."""
     items = load_items(toy_data, "train")
     straight = toy_run(tmp_path / "straight", steps=4)
     train(straight, items, items[:1], workers=0)
     halting = toy_run(tmp_path / "halting", steps=4)
-    endless = stream(Lessons(items, Wish(32, 32), 0), 2, workers=0)
+    endless = stream(TrainingSamples(items, SampleSpecification(32, 32), 0), 2, workers=0)
     for _ in range(2):
         halting.learner.step(next(endless), halting.progress, halting.rate)
         halting.steps += 1
@@ -103,9 +165,9 @@ def test_scenes_that_appear_meanwhile_are_taken_up(toy_data: Path, tmp_path: Pat
 
     def noted(given, *rest):
         used.append(len(given))
-        return Lessons(given, *rest)
+        return TrainingSamples(given, *rest)
 
-    monkeypatch.setattr(train_module, "Lessons", noted)
+    monkeypatch.setattr(train_module, "TrainingSamples", noted)
     train(run, items[:1], items[:1], workers=0, reload=lambda: items)
     assert used == [1, len(items)] and len(items) > 1 and run.steps == 3
 
@@ -121,7 +183,7 @@ def test_best_of_several_latents_is_trained(batches):
     learner, batch = toy_learner(candidates=4, deterministic=0.0), batches[0]
     for modulation in learner.network.coarse.modulations:
         modulation.shift.weight.data.mul_(30)
-    encoding = learner.network.coarse.encode(sparse_condition(batch.condition), batch.obstacle)
+    encoding = learner.network.coarse.encode(batch.box.condition, batch.obstacle)
     before = learner.random.get_state()
     best = learner.choose_latent(encoding, batch, 1.0)
     learner.random.set_state(before)
@@ -140,7 +202,7 @@ def test_best_of_several_latents_is_trained(batches):
 
 def test_parts_are_cut_where_they_begin():
     x = torch.arange(2 * 1 * 6 * 6 * 6.0).reshape(2, 1, 6, 6, 6)
-    parts = cut(x, torch.tensor([[0, 1, 2], [3, 2, 1]]), 3)
+    parts = crop_each(x, torch.tensor([[0, 1, 2], [3, 2, 1]]), 3)
     assert torch.equal(parts[0], x[0, :, 0:3, 1:4, 2:5])
     assert torch.equal(parts[1], x[1, :, 3:6, 2:5, 1:4])
 
@@ -236,7 +298,7 @@ def test_scaled_latents_do_what_smaller_ones_did():
 
 def test_export_without_a_run_says_what_to_do(toy_data: Path, tmp_path: Path, run_command, capsys):
     assert run_command(export.main, tmp_path / "none", "--data", toy_data) == 1
-    assert "training.train" in capsys.readouterr().err
+    assert "python -m training train" in capsys.readouterr().err
 
 
 def test_published_figures_are_those_of_the_bundled_weights_and_beat_the_baselines():

@@ -30,7 +30,7 @@ LEVELS = np.array(
 """Distances that codes 1 to 12 stand for, cells (code 0 is not used: it has no sign). Fine near
 the surface, coarse where only a clipped distance is asked for."""
 
-NEAR = 9
+NEAR_CODE = 9
 """Blocks that hold a code of at most this (distance < 1.5) have a velocity."""
 
 VELOCITY_STEP = 0.05
@@ -95,7 +95,7 @@ def in_blocks(field: np.ndarray) -> np.ndarray:
 
 def near_blocks(codes: np.ndarray) -> np.ndarray:
     """Return which blocks of 2^3 cells hold liquid or cells just beside it, bool."""
-    near = codes <= NEAR
+    near = codes <= NEAR_CODE
     near = near[::2] | near[1::2]
     near = near[:, ::2] | near[:, 1::2]
     return np.asarray(near[:, :, ::2] | near[:, :, 1::2])

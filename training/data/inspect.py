@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Say what a data set holds, and draw a sheet of its frames.
+"""Describe what a data set holds, and draw a sheet of its frames.
 
-python -m training.inspect DATA --sheet sheet.png
+python -m training inspect DATA --sheet sheet.png
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -18,14 +17,16 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 
+from ..command_line import command_parser
 from ..figures.picture import contact_sheet, draw_liquid
-from .dataset import SPLITS, Item, choose, held_out_sample, held_out_strokes, list_items, load_items
 from .frames import load_parameters
+from .items import SPLITS, Item, choose, list_items, load_items
+from .samples import held_out_sample, held_out_strokes
 
 TIME_EDGES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.501)
 """Seconds after impact that bound the printed ranges."""
 
-BAR = 40
+LONGEST_BAR = 40
 """Characters of the longest bar of a histogram."""
 
 
@@ -37,7 +38,7 @@ def histogram(
     longest, total = max(counts.max(initial=0), 1), max(counts.sum(), 1)
     lines = [title]
     for low, high, count in zip(edges[:-1], edges[1:], counts, strict=True):
-        bar = "#" * round(BAR * count / longest)
+        bar = "#" * round(LONGEST_BAR * count / longest)
         lines.append(f"  {low:7.3f} to {high:7.3f}  {count / total:5.1%}  {bar}")
     return lines
 
@@ -113,9 +114,9 @@ def draw_sheet(items: Sequence[Item], columns: int, pixels: int) -> Any:
     return contact_sheet(pictures, columns)
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = command_parser("inspect", __doc__)
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--most", type=int, default=60, help="frames measured at the most")
     parser.add_argument("--sheet", type=Path, help="PNG to draw random frames into")
@@ -123,7 +124,7 @@ def main() -> int:
     parser.add_argument("--columns", type=int, default=6)
     parser.add_argument("--pixels", type=int, default=200, help="side of a picture")
     parser.add_argument("--seed", type=int, default=0, help="which frames are drawn")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     try:
         items = load_items(args.data, "train")
         print("\n".join(describe_scenes(args.data) + describe_frames(choose(items, args.most))))
@@ -135,7 +136,3 @@ def main() -> int:
         some = [items[i] for i in rng.permutation(len(items))[: args.pictures]]
         draw_sheet(some, args.columns, args.pixels).save(args.sheet)
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

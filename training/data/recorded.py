@@ -17,7 +17,7 @@ TILT_SENTINEL = 0xC576A5CD
 TILT_UNIT = 0.1
 """Metres in a unit of Tilt Brush."""
 
-PART = 8
+PART_STROKES = 8
 """Strokes in a part of a recording that is tried by itself."""
 
 
@@ -39,16 +39,16 @@ def read_recording(path: Path) -> list[Drawing]:
 def recorded_sketches(directory: Path) -> dict[str, list[Drawing]]:
     """Return what to try of every recording in a directory, by name.
 
-    The whole of it, and its first, middle and last PART strokes: a sketch for one splash is
-    small, a painting is many.
+    The whole of it, and its first, middle and last PART_STROKES strokes: a sketch for one
+    splash is small, a painting is many.
     """
     sketches = {}
     for path in sorted(p for p in directory.iterdir() if p.suffix in READERS):
         drawings = read_recording(path)
         sketches[path.stem] = drawings
-        last = len(drawings) - PART
+        last = len(drawings) - PART_STROKES
         for start in sorted({0, last // 2, last}) if last > 0 else ():
-            part = drawings[start : start + PART]
+            part = drawings[start : start + PART_STROKES]
             sketches[f"{path.stem} {start + 1}-{start + len(part)}"] = part
     if not sketches:
         raise ValueError(f"{directory} holds no recording ({', '.join(READERS)})")

@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 import torch
-from tqdm import tqdm
 
 from liquid_splash_addon.core.condition.voxelize import Condition
 from liquid_splash_addon.core.generator.generator import Generator
@@ -22,31 +21,22 @@ from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.liquid.fields import Fields
 
-from ..data.dataset import SPLITS, Item, choose, held_out_sample, load_items
+from ..data.items import SPLITS, Item, choose, load_items
 from ..data.sketching import STROKES_IN_TESTS
-from ..measures.metrics import iou
+from ..learning.paper.networks import load_paper
+from ..learning.thresholds import Answer, best_threshold
 
 CHECKPOINT = "checkpoint.pt"
 
 BASELINES = ("dilated_strokes", "dilated_spans", "nearest")
 """Names that no model may have."""
 
-
 PAPER_THRESHOLDS = np.linspace(0.05, 0.95, 19)
-"""Tried for the paper's networks. A plain L1 makes them sure: their best may lie anywhere."""
+"""Tried for the paper's networks. A plain L1 makes them certain: their best may lie anywhere."""
 
 
-class Answer(Protocol):
-    """What a model must be able to do to be measured."""
-
-    def generate(
-        self, condition: Condition, grid: Grid, latent: np.ndarray | None = None
-    ) -> Fields:
-        """Return the splash, see ``Generator.generate``; ValueError if it cannot on this grid."""
-
-
-class OfOneGrid(Answer, Protocol):
-    """An answer that knows one grid, and from which output on a cell of it is liquid."""
+class OneGridAnswer(Answer, Protocol):
+    """A model for one grid only, with the output from which on a cell of it is liquid."""
 
     threshold: float
 
@@ -56,9 +46,9 @@ class OfOneGrid(Answer, Protocol):
 
 
 class ByGrid:
-    """One model that was trained once for each grid."""
+    """One model that was trained separately for each grid."""
 
-    def __init__(self, answers: Sequence[OfOneGrid]) -> None:
+    def __init__(self, answers: Sequence[OneGridAnswer]) -> None:
         self.answers = {answer.cells: answer for answer in answers}
 
     def generate(
@@ -86,54 +76,42 @@ def load_answer(path: Path, precision: str = "float32") -> Answer:
     except OSError as error:
         raise ValueError(f"{path} holds no training run ({error.strerror})") from error
     if state.get("kind") != "paper":
-        raise ValueError(f"{path} is no run of the paper's model: take what training.export makes")
-    from ..learning.paper.networks import load_paper
-
+        raise ValueError(
+            f"{path} is no run of the paper's model: give the weights that "
+            "`python -m training export` makes of it"
+        )
     return ByGrid([load_paper(path)])
 
 
 def load_answers(
-    wishes: Iterable[str], precision: str = "float32"
+    requests: Iterable[str], precision: str = "float32"
 ) -> tuple[dict[str, Answer], dict[str, str]]:
-    """Return the models that ``name=PATH`` each ask for, and the hashes of their files, by name.
+    """Return the models that are asked for, and the hashes of their files, both by name.
 
-    A name may have several runs of the paper's model, one for each grid. precision : that our
-    weights run in, a key of ``core.precision.PRECISIONS``.
+    requests : ``name=PATH`` each; a name may have several runs of the paper's model, one for each
+    grid. precision : that our weights run in, a key of ``core.generator.precision.PRECISIONS``.
+
+    Raises ValueError for a request that is none, or whose name or grid is taken.
     """
     answers: dict[str, Answer] = {}
     hashes: dict[str, str] = {}
-    for wish in wishes:
-        name, _, place = wish.partition("=")
+    for request in requests:
+        name, _, place = request.partition("=")
         if not name or not place or name in BASELINES:
-            raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
+            raise ValueError(f"'{request}' is not NAME=PATH with a name of its own")
         answer, before = load_answer(Path(place), precision), answers.get(name)
         if isinstance(answer, ByGrid) and isinstance(before, ByGrid):
             if answer.answers.keys() & before.answers.keys():
                 raise ValueError(f"{name} has two runs for the same grid")
             before.answers |= answer.answers
         elif before is not None:
-            raise ValueError(f"'{wish}' is no name=PATH with a name of its own")
+            raise ValueError(f"'{request}' is not NAME=PATH with a name of its own")
         else:
             answers[name] = answer
         file = Path(place) / CHECKPOINT if Path(place).is_dir() else Path(place)
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
         hashes[name] = f"{hashes[name]} {digest}" if name in hashes else digest
     return answers, hashes
-
-
-def best_threshold(
-    answer: Answer, items: Sequence[Item], cells: int, tried: Iterable[float]
-) -> float:
-    """Return the occupancy from which on ``items`` have the best mean IoU, of those ``tried``.
-
-    answer : whose threshold is 0.5 so far.
-    """
-    tried, scores = list(tried), []
-    for item in tqdm(items, desc=f"threshold {cells}^3", leave=False):
-        sample, _ = held_out_sample(item, cells)
-        occupancy = answer.generate(sample.condition, sample.grid).occupancy
-        scores.append([iou(occupancy > t, sample.distance < 0) for t in tried])
-    return float(tried[int(np.mean(scores, axis=0).argmax())])
 
 
 def calibrate(answer: Answer, items: Sequence[Item], grids: Iterable[int]) -> None:
@@ -147,7 +125,7 @@ def calibrate(answer: Answer, items: Sequence[Item], grids: Iterable[int]) -> No
 def latents_for(answer: Answer, count: int) -> list[np.ndarray]:
     """Return the latents of seeds 0 to ``count`` - 1 at full variation.
 
-    A model that is not ours takes any array as the seed of the chance in it (dropout).
+    A model that is not ours takes any array as the seed of its random draws (dropout).
     """
     if isinstance(answer, Generator):
         drawn = [draw_latent(answer.config, seed, 1.0) for seed in range(count)]
@@ -155,11 +133,10 @@ def latents_for(answer: Answer, count: int) -> list[np.ndarray]:
     return [np.random.default_rng(seed).standard_normal(8) for seed in range(count)]
 
 
-def read_arguments(about: str | None, most: int) -> argparse.Namespace:
+def read_arguments(
+    parser: argparse.ArgumentParser, arguments: Sequence[str], most: int
+) -> argparse.Namespace:
     """Return the options of a command that measures a model on frames, ``most`` by default."""
-    parser = argparse.ArgumentParser(
-        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--model", type=Path, default=default_weights_path(), help="weights or run")
     parser.add_argument("--split", default="test", choices=SPLITS)
@@ -170,14 +147,14 @@ def read_arguments(about: str | None, most: int) -> argparse.Namespace:
         type=int,
         help=f"in each sketch; by default {STROKES_IN_TESTS[0]} to {STROKES_IN_TESTS[1]}",
     )
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     if args.strokes is not None and args.strokes < 1:
         parser.error("--strokes must be 1 or more")
     return args
 
 
 def stroke_counts(args: argparse.Namespace) -> tuple[int, int]:
-    """Return the range of the number of strokes that the options ask for."""
+    """Least and greatest number of strokes in a sketch that the options ask for."""
     return (args.strokes, args.strokes) if args.strokes is not None else STROKES_IN_TESTS
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a generator must beat: dilated strokes and spans, and the most similar example."""
+"""What a generator must beat: dilated strokes and patches, and the most similar example."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
 
-from ..data.dataset import Item, held_out_strokes, resample
+from ..data.items import Item
+from ..data.samples import held_out_strokes, resample
 from ..measures.metrics import iou
 from ..simulation.scheduling import end_with_parent
 
-POINTS = 256
-"""Points that stand for a sketch in the search for the nearest one."""
+CLOUD_POINTS = 256
+"""Points that represent a sketch in the search for the nearest one."""
 
-WORTH_A_PROCESS = 32
-"""Sketches that are traced while another process starts."""
+SKETCHES_A_PROCESS = 32
+"""Sketches that are traced in the time that a process takes to start."""
 
 
 def distance_to(cells: np.ndarray) -> np.ndarray:
@@ -44,10 +45,10 @@ def best_radius(distances: Iterable[np.ndarray], truths: Iterable[np.ndarray]) -
 
 
 def sketch_points(strokes: Sequence[Stroke], rng: np.random.Generator) -> np.ndarray:
-    """Return POINTS random points of the sketch in its own local frame, float32 ``(POINTS, 3)``."""
+    """Random points of the sketch in its own local frame, float32 ``(CLOUD_POINTS, 3)``."""
     local = fit_frame(strokes).strokes_to_local(strokes)
     points, _ = resampled_points(local, 0.002)
-    return points[rng.integers(0, len(points), POINTS)]
+    return points[rng.integers(0, len(points), CLOUD_POINTS)]
 
 
 def sketch_of(item: Item) -> list[Stroke]:
@@ -70,7 +71,7 @@ class NearestExample:
     def __init__(self, items: Sequence[Item], seed: int = 0, workers: int = 1) -> None:
         rng = np.random.default_rng(seed)
         self.items = items
-        self.strokes = trace_sketches(items, min(workers, len(items) // WORTH_A_PROCESS))
+        self.strokes = trace_sketches(items, min(workers, len(items) // SKETCHES_A_PROCESS))
         self.clouds = np.stack([sketch_points(s, rng) for s in self.strokes])
 
     def answer(self, strokes: Sequence[Stroke], grid: Grid) -> tuple[np.ndarray, np.ndarray]:

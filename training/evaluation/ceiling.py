@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure how far a splash is determined at all: twins that differ only in where particles begin.
+"""Measure how far a splash is determined at all: twins differ only in where particles start.
 
-    python -m training.ceiling --scenes 24 --out FILE
-    python -m training.ceiling --data DATA --split test --out FILE
+    python -m training ceiling --scenes 24 --out FILE
+    python -m training ceiling --data DATA --split test --out FILE
 
 No generator can agree with one simulation much better than its twin does. The first compares two
-new simulations of scenes that are in no data set; the second, for ``training.evaluate --twins``,
-a data set's frames with a twin of each scene, and goes on where it was stopped.
+new simulations of scenes that are in no data set; the second, for the option --twins of the command
+evaluate, compares a data set's frames with a twin of each scene, and goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -26,30 +26,32 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from liquid_splash_addon.core.fluid.step import Physics
 from liquid_splash_addon.core.grid import LOCAL_CELLS, Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 
-from ..data.dataset import SPLITS, Item, held_out_strokes, load_items, resample
+from ..command_line import command_parser
 from ..data.frames import StoredFrame, load_parameters, write_whole
+from ..data.items import SPLITS, Item, load_items
+from ..data.samples import held_out_strokes, resample
 from ..measures.metrics import iou
 from ..scenes.families import random_scene
 from ..scenes.scene import Scene
 from ..simulation.scheduling import end_with_parent
 from ..simulation.simulate import moments, simulate
 from ..simulation.snapshot import take_frame
-from ..simulation.stepping import Physics, World
 
 Row = dict[str, float | str]
 
-TIMES = (0.05, 0.075, 0.1, 0.15, 0.2, 0.51)
-RADII = (0.0, 0.01, 0.02, 0.03, 0.0501)
+TIME_BOUNDS = (0.05, 0.075, 0.1, 0.15, 0.2, 0.51)
+RADIUS_BOUNDS = (0.0, 0.01, 0.02, 0.03, 0.0501)
 """Bounds of the groups: seconds after impact, metres of the streamlet's radius."""
 
-SCENES = 24
-"""New scenes, unless told."""
+NEW_SCENES = 24
+"""How many new scenes are simulated by default."""
 
 FIRST_SEED = 900_000
-"""Seeds of the scenes: none that a data set uses."""
+"""Seed of the first new scene, far beyond those of data sets."""
 
 
 def frame_iou(first: StoredFrame, second: StoredFrame) -> float:
@@ -67,7 +69,7 @@ def frame_iou(first: StoredFrame, second: StoredFrame) -> float:
 
 
 def twins(seed: int, resolution: int, physics: Physics) -> list[Row]:
-    """Return time, radius and IoU of the frames that both twins of a scene keep."""
+    """Return a row for each frame that both twins of the scene ``seed`` keep."""
     scene = random_scene(seed, resolution)
     first = {frame.time: frame for frame in simulate(scene, physics=physics)}
     rows: list[Row] = []
@@ -88,15 +90,14 @@ def twins(seed: int, resolution: int, physics: Physics) -> list[Row]:
 def stored_twins(items: Sequence[Item], jitter_seed: int = 1) -> list[Row]:
     """Return the IoU of a data set's frames with a twin's at the same moments.
 
-    The twin's frames are taken as it has them, near-duplicates or not, as long as it has liquid
-    in the box. Both are compared on the local box of the stored frame's own strokes, where
-    models are measured.
+    Near-duplicates among the twin's frames count too, as long as there is liquid in the box. Both
+    are compared on the local box of the stored frame's own strokes, where models are measured.
 
     items : frames of one scene
     """
     parameters = load_parameters(items[0].scene)
     scene = Scene.of(parameters)
-    world = World.of(scene)
+    world = scene.world()
     wanted = {item.time: item for item in items}
     rows: list[Row] = []
     for time, liquid in moments(scene, world, jitter_seed):
@@ -126,13 +127,13 @@ def stored_twins(items: Sequence[Item], jitter_seed: int = 1) -> list[Row]:
 def work_through(
     function: Callable[[Any], list[Row]], parts: Sequence[Any], workers: int
 ) -> Iterator[list[Row]]:
-    """Yield ``function`` of each part as ``workers`` processes are done with it, in order."""
+    """Yield ``function`` of each part, in order, as ``workers`` processes finish them."""
     with ProcessPoolExecutor(workers, get_context("spawn"), initializer=end_with_parent) as pool:
         yield from tqdm(pool.map(function, parts), total=len(parts), unit="scene")
 
 
 def measure_data(args: argparse.Namespace) -> list[Row]:
-    """Return the rows of a data set's split, those already in the file among them."""
+    """Return the rows of a data set's split, including those that are in the file already."""
     scenes: dict[int, list[Item]] = {}
     for item in load_items(args.data, args.split):
         scenes.setdefault(item.seed, []).append(item)
@@ -154,7 +155,7 @@ def measure_new(args: argparse.Namespace) -> list[Row]:
     """Return the rows of new scenes."""
     physics = Physics(flip=args.flip, sheets=not args.no_sheets)
     work = partial(twins, resolution=args.resolution, physics=physics)
-    seeds = range(FIRST_SEED, FIRST_SEED + (args.scenes or SCENES))
+    seeds = range(FIRST_SEED, FIRST_SEED + (args.scenes or NEW_SCENES))
     rows = [row for part in work_through(work, seeds, args.workers) for row in part]
     if rows and args.out:
         args.out.write_text(json.dumps(rows, indent=1) + "\n")
@@ -167,9 +168,9 @@ def table(rows: list[Row]) -> list[str]:
     radius = np.array([float(row["radius"]) for row in rows])
     values = np.array([float(row["iou"]) for row in rows])
     lines = [f"mean over {len(rows)} frames: {values.mean():.3f}"]
-    for low, high in itertools.pairwise(RADII):
+    for low, high in itertools.pairwise(RADIUS_BOUNDS):
         cells = []
-        for start, end in itertools.pairwise(TIMES):
+        for start, end in itertools.pairwise(TIME_BOUNDS):
             group = (radius >= low) & (radius < high) & (time >= start) & (time < end)
             mean = f"{values[group].mean():.2f} ({group.sum()})" if group.any() else "-"
             cells.append(f"{start * 1e3:.0f}-{end * 1e3:.0f} ms: {mean}")
@@ -177,31 +178,27 @@ def table(rows: list[Row]) -> list[str]:
     return lines
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--scenes", type=int, help=f"at the most ({SCENES}, of DATA all)")
+    parser = command_parser("ceiling", __doc__)
+    parser.add_argument("--scenes", type=int, help=f"at the most ({NEW_SCENES}; all of DATA)")
     parser.add_argument("--data", type=Path, help="directory of a data set")
     parser.add_argument("--split", choices=SPLITS, default="test", help="part of it")
     parser.add_argument("--resolution", type=int, default=LOCAL_CELLS, help="of new scenes")
     parser.add_argument("--flip", type=float, default=0.0, help="1 is FLIP, 0 APIC; new scenes")
-    parser.add_argument("--no-sheets", action="store_true", help="do not resample sheets; likewise")
+    parser.add_argument(
+        "--no-sheets", action="store_true", help="do not resample sheets; new scenes"
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, help="JSON file for the single frames")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     try:
         rows = measure_data(args) if args.data else measure_new(args)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 1
     if not rows:
-        print("no frame was kept by both twins: take more scenes", file=sys.stderr)
+        print("no frame was kept by both twins: give more --scenes", file=sys.stderr)
         return 1
     print("\n".join(table(rows)))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -14,16 +14,17 @@ from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
 from liquid_splash_addon.core.liquid.fields import AIR
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 
-from ..data.dataset import Item, held_out_sample
+from ..data.items import Item
+from ..data.samples import held_out_sample
 from ..figures.picture import camera_axes, contact_sheet, draw_liquid, safe_distance, titled
+from ..learning.thresholds import Answer
 from ..measures.metrics import iou
-from .answers import Answer
 
-SIDE = 168
-"""Cells along each side of what is drawn: a box of 0.4 m, turned, but for its corners."""
+DRAWN_CELLS = 168
+"""Cells along each side of what is drawn: a turned box of 0.4 m without its corners."""
 
-VIEW = 1.25
-"""Side of a picture over the truth's width."""
+VIEW_WIDTH = 1.25
+"""Side of a picture over the width of the true liquid."""
 
 
 class View(NamedTuple):
@@ -34,17 +35,18 @@ class View(NamedTuple):
 
 
 def upright(distance: np.ndarray, grid: Grid, axes: np.ndarray) -> np.ndarray:
-    """Return a signed distance as it stands in the scene, z up, float32 ``(SIDE, SIDE, SIDE)``.
+    """Return a signed distance as it stands in the scene, z up, float32 ``(n, n, n)``.
 
-    distance : ``(X, Y, Z)`` in cells of ``grid``, in the local frame with these axes (rows).
+    distance : ``(X, Y, Z)`` in cells of ``grid``, in the local frame with these axes (rows);
+    n : DRAWN_CELLS.
     """
     step = LOCAL_SPACING / grid.spacing
-    first = axes @ np.full(3, (0.5 - SIDE / 2) * LOCAL_SPACING)
+    first = axes @ np.full(3, (0.5 - DRAWN_CELLS / 2) * LOCAL_SPACING)
     turned = affine_transform(
         distance,
         axes * step,
         grid.to_cells(first) - 0.5,
-        output_shape=(SIDE,) * 3,
+        output_shape=(DRAWN_CELLS,) * 3,
         order=1,
         cval=AIR,
     )
@@ -52,12 +54,12 @@ def upright(distance: np.ndarray, grid: Grid, axes: np.ndarray) -> np.ndarray:
 
 
 def view_of(distance: np.ndarray) -> View:
-    """Return the view that shows all of a liquid, VIEW times as wide."""
+    """Return the view that shows all of a liquid, VIEW_WIDTH times as wide."""
     cells = np.argwhere(distance < 0) + 0.5
     axes = camera_axes()
     seen = cells @ axes.T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    return View((low + high) / 2 @ axes, VIEW * float((high - low)[:2].max()))
+    return View((low + high) / 2 @ axes, VIEW_WIDTH * float((high - low)[:2].max()))
 
 
 def draw(distance: np.ndarray, view: View, pixels: int) -> Any:
@@ -93,7 +95,7 @@ def draw_row(
     frame = fit_frame(strokes)
     truth = upright(sample.distance, sample.grid, frame.axes)
     view = view_of(truth)
-    lines = [(s.points - frame.centre) / LOCAL_SPACING + SIDE / 2 for s in strokes]
+    lines = [(s.points - frame.centre) / LOCAL_SPACING + DRAWN_CELLS / 2 for s in strokes]
     nothing = np.full((2, 2, 2), AIR, dtype=np.float32)
     title = f"scene {item.seed}, {item.time * 1e3:.0f} ms, {len(strokes)} strokes"
     row = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much the splashes of one sketch differ by seed, and whether all of them follow it."""
+"""How much the splashes of one sketch differ by seed, and whether all of them follow the sketch."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 from tqdm import tqdm
 
-from ..data.dataset import Item, held_out_sample
+from ..data.items import Item
+from ..data.samples import held_out_sample
+from ..learning.thresholds import Answer
 from ..measures.metrics import average, iou
 from ..measures.shapes import halved, level_of
-from .answers import Answer
 
 Row = dict[str, float]
 
@@ -60,7 +61,7 @@ def frame_rows(
     """Return the figures of one frame on each grid.
 
     On a grid with twice the cells of another, ``draft_iou`` is the IoU of both results of one
-    seed, mean over seeds, and ``draft_iou_truth`` what the truth has.
+    seed, mean over seeds, and ``draft_iou_truth`` that of the truth on both grids.
     """
     rows: dict[int, Row] = {}
     drafts: dict[int, list[np.ndarray]] = {}
@@ -82,7 +83,7 @@ def frame_rows(
 
 
 def summary(rows: Sequence[Row], twin_ious: Sequence[float]) -> Row:
-    """Return the figures over all frames: means, but the least cover is that of any seed.
+    """Return the figures over all frames: means, except for the least cover, that of any seed.
 
     twin_ious : IoU of each frame with its twin, NaN where it has none; where there are any,
     ``spread_over_twin`` says how the seeds differ against how twins do, on the same frames.

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measure models on scenes they were never trained on, beside baselines.
 
-    python -m training.evaluate DATA --out accuracy.json
-    python -m training.evaluate DATA --models ours=FILE paper=RUN --twins FILE --pictures FILE.png
+    python -m training evaluate DATA --out accuracy.json
+    python -m training evaluate DATA --models ours=FILE paper=RUN --twins FILE --pictures FILE.png
 
-``--twins`` takes what ``python -m training.ceiling --data DATA --out FILE`` writes.
+``--twins`` takes what ``python -m training ceiling --data DATA --out FILE`` writes.
 """
 
 from __future__ import annotations
@@ -25,9 +25,12 @@ from liquid_splash_addon.core.generator.generator import Generator
 from liquid_splash_addon.core.generator.precision import PRECISIONS
 from liquid_splash_addon.core.generator.weights_file import default_weights_path
 
-from ..data.dataset import Item, choose, held_out_sample, load_items
+from ..command_line import command_parser
+from ..data.items import Item, choose, load_items
+from ..data.samples import held_out_sample
+from ..learning.thresholds import Answer
 from ..measures.metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
-from .answers import BASELINES, Answer, ByGrid, calibrate, latents_for, load_answers
+from .answers import BASELINES, ByGrid, calibrate, latents_for, load_answers
 from .baselines import NearestExample, best_radius, distance_to
 from .comparison import draw_comparison
 from .diversity import diversity
@@ -50,7 +53,7 @@ class Measured(NamedTuple):
 
 
 def dilations(condition: Condition) -> dict[str, np.ndarray]:
-    """Return each cell's distance to the strokes, and to them and their spans, in cells."""
+    """Return each cell's distance to the strokes, and to strokes and patches, in cells."""
     return {
         "dilated_strokes": distance_to(condition.drawn),
         "dilated_spans": distance_to(condition.crossed),
@@ -58,7 +61,7 @@ def dilations(condition: Condition) -> dict[str, np.ndarray]:
 
 
 def tuned_radii(validation: Sequence[Item], cells: int) -> dict[str, float]:
-    """Return the dilations (cells) that suit the validation frames best."""
+    """Return the dilations (cells) with the best IoU on the validation frames."""
     distances: dict[str, list[np.ndarray]] = {}
     truths = []
     for item in validation:
@@ -111,18 +114,16 @@ def measure(
     return found
 
 
-def read_arguments() -> argparse.Namespace:
+def read_arguments(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the command line's arguments."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_parser("evaluate", __doc__)
     add, cores = parser.add_argument, os.cpu_count() or 1
     add("data", type=Path, help="directory of the data set")
     add(
         "--models",
         nargs="+",
         metavar="NAME=PATH",
-        help="weights file or directory of a run; a name may have a run of the paper's per grid",
+        help="weights or directory of a run; a name may have a run of the paper's for each grid",
     )
     add("--weights", type=Path, default=default_weights_path(), help="short for ours=PATH")
     add("--precision", choices=list(PRECISIONS), default="float32", help="of our weights")
@@ -130,24 +131,29 @@ def read_arguments() -> argparse.Namespace:
     add("--keep", action="store_true", help="keep the rows of other models in it")
     add("--most", type=int, default=100, help="test frames at the most")
     add("--grids", type=int, nargs="+", default=[128, 64])
-    add("--examples", type=int, default=sys.maxsize, help="training frames sought in at the most")
+    add(
+        "--examples",
+        type=int,
+        default=sys.maxsize,
+        help="training frames at the most in which the nearest sketch is sought",
+    )
     add("--workers", type=int, default=cores, help="processes that trace their sketches")
-    add("--twins", type=Path, help="JSON file of training.ceiling --data")
+    add("--twins", type=Path, help="JSON file of the command ceiling with --data")
     add("--seeds", type=int, default=8, help="splashes of one sketch that are compared")
     add("--diverse", type=int, default=16, help="test frames for that at the most; 0: none")
     add("--pictures", type=Path, help="PNG to draw some test frames into")
     add("--shown", type=int, default=6, help="frames in it")
     add("--pixels", type=int, default=240, help="side of a picture in it")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     if args.seeds < 2 or min(args.most, args.examples, args.shown) < 1:
         parser.error("--seeds must be at least 2, --most, --examples and --shown at least 1")
     args.models = args.models or [f"ours={args.weights}"]
     return args
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    args = read_arguments()
+    args = read_arguments(arguments)
     try:
         print(run(args))
     except ValueError as error:
@@ -156,52 +162,33 @@ def main() -> int:
     return 0
 
 
+class Frames(NamedTuple):
+    """The frames of an evaluation: of the three splits, at most as many as asked for."""
+
+    tests: list[Item]
+    validation: list[Item]
+    examples: list[Item]
+
+
 def run(args: argparse.Namespace) -> str:
-    """Measure, write what was asked for, and return the tables; ValueError says what is amiss."""
+    """Measure, write what is asked for, and return the tables; ValueError where that fails."""
     tests = choose(load_items(args.data, "test"), args.most)
     validation = choose(load_items(args.data, "validation"), args.most // 3 + 1)
-    examples = choose(load_items(args.data, "train"), args.examples)
+    frames = Frames(tests, validation, choose(load_items(args.data, "train"), args.examples))
     test_hash = frames_hash(tests)
     kept = load_kept(args.out, test_hash) if args.out and args.keep else {}
     twins = load_twins(args.twins, tests) if args.twins else {}
     answers, hashes = load_answers(args.models, args.precision)
     for answer in answers.values():
         calibrate(answer, validation, args.grids)
-    nearest = NearestExample(examples, workers=args.workers)
-    results: dict[str, Figures] = {}
-    divergence = {}
-    for cells in args.grids:
-        radii = tuned_radii(validation, cells)
-        found = measure(answers, tests, nearest, radii, cells)
-        results[str(cells)] = {
-            name: summary(rows, tests, found.strokes, twins) for name, rows in found.rows.items()
-        }
-        for name, radius in radii.items():
-            results[str(cells)][name]["radius_cells"] = radius
-        for name, answer in answers.items():
-            if isinstance(answer, ByGrid) and name in found.rows:
-                results[str(cells)][name]["threshold"] = answer.answers[cells].threshold
-        divergence[str(cells)] = average(found.truth).get("divergence")
-    for name, answer in answers.items():
-        grids = [cells for cells in args.grids if name in results[str(cells)]]
-        latents = latents_for(answer, args.seeds)
-        if grids and args.diverse:
-            varied = diversity(answer, latents, choose(tests, args.diverse), grids, twins)
-            for cells, row in varied.items():
-                results[str(cells)][name]["diversity"] = {**row, "seeds": args.seeds}
-    about: dict[str, Any] = {
-        "test_hash": test_hash,
-        "test_frames": len(tests),
-        "test_scenes": len({item.scene for item in tests}),
-        "validation_frames": len(validation),
-        "examples": len(examples),
+    results, divergence = measure_grids(args, answers, frames, twins)
+    add_diversity(args, answers, tests, twins, results)
+    about = {
+        **describe_frames(frames, test_hash),
         "models": hashes,
         "truth_divergence": divergence,
+        **describe_weights(answers.get("ours")),
     }
-    ours = answers.get("ours")
-    if isinstance(ours, Generator):
-        about["weights_hash"] = ours.weights_hash
-        about["data_hash"] = ours.header["data_hash"]
     content = merged(kept, {"about": about, **results}, [*answers, *BASELINES])
     if args.out:
         args.out.parent.mkdir(parents=True, exist_ok=True)
@@ -215,5 +202,62 @@ def run(args: argparse.Namespace) -> str:
     return f"{len(tests)} test frames of {about['test_scenes']} scenes\n\n{describe(all_rows)}"
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def measure_grids(
+    args: argparse.Namespace,
+    answers: Mapping[str, Answer],
+    frames: Frames,
+    twins: Mapping[Item, float],
+) -> tuple[dict[str, Figures], dict[str, float | None]]:
+    """Return the figures of models and baselines, and the truth's divergence, by grid."""
+    nearest = NearestExample(frames.examples, workers=args.workers)
+    results: dict[str, Figures] = {}
+    divergence = {}
+    for cells in args.grids:
+        radii = tuned_radii(frames.validation, cells)
+        found = measure(answers, frames.tests, nearest, radii, cells)
+        figures = results[str(cells)] = {
+            name: summary(rows, frames.tests, found.strokes, twins)
+            for name, rows in found.rows.items()
+        }
+        for name, radius in radii.items():
+            figures[name]["radius_cells"] = radius
+        for name, answer in answers.items():
+            if isinstance(answer, ByGrid) and name in found.rows:
+                figures[name]["threshold"] = answer.answers[cells].threshold
+        divergence[str(cells)] = average(found.truth).get("divergence")
+    return results, divergence
+
+
+def add_diversity(
+    args: argparse.Namespace,
+    answers: Mapping[str, Answer],
+    tests: Sequence[Item],
+    twins: Mapping[Item, float],
+    results: dict[str, Figures],
+) -> None:
+    """Add to ``results`` how much the splashes of one sketch differ by seed."""
+    for name, answer in answers.items():
+        grids = [cells for cells in args.grids if name in results[str(cells)]]
+        if grids and args.diverse:
+            latents = latents_for(answer, args.seeds)
+            varied = diversity(answer, latents, choose(tests, args.diverse), grids, twins)
+            for cells, row in varied.items():
+                results[str(cells)][name]["diversity"] = {**row, "seeds": args.seeds}
+
+
+def describe_frames(frames: Frames, test_hash: str) -> dict[str, Any]:
+    """Return what a file of figures says of the frames that they are of."""
+    return {
+        "test_hash": test_hash,
+        "test_frames": len(frames.tests),
+        "test_scenes": len({item.scene for item in frames.tests}),
+        "validation_frames": len(frames.validation),
+        "examples": len(frames.examples),
+    }
+
+
+def describe_weights(ours: Answer | None) -> dict[str, Any]:
+    """Return what a file of figures says of our own weights, nothing if they were not measured."""
+    if not isinstance(ours, Generator):
+        return {}
+    return {"weights_hash": ours.weights_hash, "data_hash": ours.header["data_hash"]}

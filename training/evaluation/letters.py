@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Capital letters as strokes, and the reading of their splashes (paper, 6.1 and Fig. 14)."""
+"""Capital letters as strokes, and how their splashes are read (paper, 6.1 and Fig. 14)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
 
 from ..measures.metrics import iou
 
-REACH = 0.012
-"""Metres at real size to which Reach is set for letters: lines 24 mm wide, 0.09 of their height."""
+LETTER_REACH = 0.012
+"""Value of the setting Reach for letters, metres at real size: lines 24 mm wide, 0.09 of their
+height."""
 
 PAGE = 1.8
 """Side of the square in which a letter of height 1 is read."""
@@ -26,8 +27,8 @@ PAGE_FRAME = Frame(
 )
 """The page as a local frame: x to the right, y up, z towards the reader; letters lie in xz."""
 
-DEPTH = 0.5
-"""Depth of the page over its side: how far from it liquid is seen, a quarter to each side."""
+PAGE_DEPTH = 0.5
+"""Depth of the page over its side: liquid is seen up to a quarter of the side before and behind."""
 
 Line = list[tuple[float, float]]
 
@@ -86,7 +87,7 @@ def letter_drawings(letter: str) -> list[Drawing]:
 
 def letter_page(pixels: int) -> Grid:
     """Return the page's grid in PAGE_FRAME, ``pixels`` wide and high."""
-    deep = round(pixels * DEPTH)
+    deep = round(pixels * PAGE_DEPTH)
     return Grid.local(pixels).crop((0, 0, (pixels - deep) // 2), (pixels, pixels, deep))
 
 
@@ -107,7 +108,7 @@ def skeleton_distance(letter: str, pixels: int) -> np.ndarray:
 def template(letter: str, pixels: int, area: int) -> np.ndarray:
     """Return the letter in lines so thick that they cover ``area`` pixels, or hardly more.
 
-    bool ``(pixels, pixels)``. How wide a splash is says nothing about which letter it is.
+    bool ``(pixels, pixels)``. How wide a splash's lines are says nothing about which letter it is.
     """
     distance = skeleton_distance(letter, pixels)
     return distance <= np.partition(distance.ravel(), area - 1)[area - 1]

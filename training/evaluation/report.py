@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is made of the figures of single frames: means, groups, errors, tables, one file."""
+"""From the figures of single frames to means, groups, standard errors, tables and a file."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ..data.dataset import Item, scenes_digest
+from ..data.items import Item, scenes_digest
 from ..measures.metrics import average
 
 Figures = dict[str, dict[str, Any]]
 """Figures by the model's name; groups and diversity are dictionaries in them."""
 
-STROKES = {"5-8": (5, 9), "9-12": (9, 13), "13-16": (13, 17), "17-20": (17, 21)}
+STROKE_GROUPS = {"5-8": (5, 9), "9-12": (9, 13), "13-16": (13, 17), "17-20": (17, 21)}
 """Groups by the number of strokes, from the first to below the second."""
 
-TIMES = {
+TIME_GROUPS = {
     "50-75 ms": (0.05, 0.075),
     "75-100 ms": (0.075, 0.1),
     "100-150 ms": (0.1, 0.15),
@@ -89,13 +89,13 @@ def summary(
         mine, theirs = np.mean(known, axis=0)
         result |= {"twin_iou": float(theirs), "iou_over_twin": float(mine / max(theirs, 1e-9)),
                    "twin_frames": len(known)}  # fmt: skip
-    result["by_strokes"] = grouped(values, strokes, STROKES)
-    result["by_time"] = grouped(values, [item.time for item in items], TIMES)
+    result["by_strokes"] = grouped(values, strokes, STROKE_GROUPS)
+    result["by_time"] = grouped(values, [item.time for item in items], TIME_GROUPS)
     return result
 
 
 def load_twins(path: Path, items: Sequence[Item]) -> dict[Item, float]:
-    """Return the IoU with its twin of each item that ``training.ceiling --data`` has one for.
+    """Return each item's IoU with its twin, as far as a file of the command ceiling has it.
 
     Raises ValueError for a file that is not of these frames.
     """
@@ -103,13 +103,15 @@ def load_twins(path: Path, items: Sequence[Item]) -> dict[Item, float]:
         rows = json.loads(path.read_text())
         known = {(row["seed"], row["number"]): row for row in rows}
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{path} is no file of training.ceiling --data") from error
+        raise ValueError(f"{path} is no file of `python -m training ceiling --data`") from error
     result = {}
     for item in items:
         row = known.get((item.seed, item.number))
         if row is not None:
             if abs(row["time"] - item.time) > 1e-6:
-                raise ValueError(f"{path} is of other data: run training.ceiling --data again")
+                raise ValueError(
+                    f"{path} is of other data: run `python -m training ceiling --data` again"
+                )
             result[item] = float(row["iou"])
     return result
 
@@ -124,7 +126,7 @@ def frames_hash(items: Sequence[Item]) -> str:
 def load_kept(path: Path, test_hash: str) -> dict[str, Any]:
     """Return what an earlier run wrote, nothing where there is no file.
 
-    Raises ValueError if it is of other test frames: its rows cannot stand beside new ones.
+    Raises ValueError if it is of other test frames: its rows are not comparable with new ones.
     """
     if not path.exists():
         return {}
@@ -135,7 +137,7 @@ def load_kept(path: Path, test_hash: str) -> dict[str, Any]:
 
 
 def merged(kept: dict[str, Any], new: dict[str, Any], measured: Sequence[str]) -> dict[str, Any]:
-    """Return the content of both files; of the models in ``measured`` only what is new."""
+    """Return old and new results together; of the models in ``measured`` only the new."""
     result: dict[str, Any] = {"about": merged_about(kept.get("about", {}), new["about"])}
     for grid in [*new, *kept]:
         if grid not in result:
@@ -146,7 +148,7 @@ def merged(kept: dict[str, Any], new: dict[str, Any], measured: Sequence[str]) -
 
 
 def merged_about(kept: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
-    """Return both, and both in the dictionaries of both; the new where they differ."""
+    """Return both dictionaries merged, and those in them too; the new one takes precedence."""
     inner = {name: {**kept.get(name, {}), **value} for name, value in new.items()
              if isinstance(value, dict)}  # fmt: skip
     return {**kept, **new, **inner}
@@ -160,7 +162,7 @@ def cell(row: Mapping[str, Any], name: str) -> str:
 
 
 def table(results: Mapping[str, Figures], columns: Sequence[str] = COLUMNS) -> str:
-    """Return the figures as a Markdown table, columns that no row has left out."""
+    """Return the figures as a Markdown table, without columns that no row has."""
     rows = [(f"{grid}^3", name, row) for grid, figures in results.items()
             for name, row in figures.items()]  # fmt: skip
     shown = [c for c in columns if any(c in row for _, _, row in rows)]
@@ -185,8 +187,8 @@ def group_table(results: Mapping[str, Figures], key: str, groups: Mapping[str, A
 def describe(results: Mapping[str, Figures]) -> str:
     """Return all tables."""
     parts = [table(results)]
-    parts += ["IoU by strokes", group_table(results, "by_strokes", STROKES)]
-    parts += ["IoU by time since impact", group_table(results, "by_time", TIMES)]
+    parts += ["IoU by strokes", group_table(results, "by_strokes", STROKE_GROUPS)]
+    parts += ["IoU by time since impact", group_table(results, "by_time", TIME_GROUPS)]
     varied = {
         grid: {name: row["diversity"] for name, row in figures.items() if "diversity" in row}
         for grid, figures in results.items()

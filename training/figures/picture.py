@@ -15,15 +15,15 @@ from liquid_splash_addon.core.liquid.level_set import surface_level
 from liquid_splash_addon.core.mesh.marching_cubes import LEVEL_BAND, LEVEL_SPREAD
 from liquid_splash_addon.core.numeric.trilinear import trilinear
 
-from ..scenes.obstacles import NOTHING, Obstacle, world_distance
+from ..scenes.bodies import NOTHING, Body, world_distance
 
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
-"""Where the camera stands: turn around the vertical, angle above the horizon."""
+"""Where the camera stands: angle around the vertical, angle above the horizon, radians."""
 
-OVERSAMPLE = 2
+RAYS_A_PIXEL = 2
 """Rays along each side of a pixel."""
 
-INK = (214, 90, 30)
+STROKE_INK = (214, 90, 30)
 """Colour of strokes."""
 
 
@@ -44,14 +44,14 @@ def camera_axes(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> np.nd
 def draw_liquid(
     distance: np.ndarray,
     pixels: int,
-    obstacle: Obstacle = NOTHING,
+    solid: Body = NOTHING,
     strokes: Sequence[np.ndarray] = (),
     centre: np.ndarray | None = None,
     width: float | None = None,
 ) -> Image.Image:
     """Return a square picture of a liquid.
 
-    distance : float32 ``(X, Y, Z)``, signed, in cells, clipped at +-3 or less; obstacle and
+    distance : float32 ``(X, Y, Z)``, signed, in cells, clipped at +-3 or less; solid and
     strokes ``(m, 3)`` in cells of it. centre ``(3,)`` and width (cells) of what is shown;
     None shows all of the array.
     """
@@ -59,14 +59,16 @@ def draw_liquid(
     shape = np.array(distance.shape, dtype=float)
     centre = shape / 2 if centre is None else np.asarray(centre, dtype=float)
     width = float(np.linalg.norm(shape)) * 0.8 if width is None else width
-    rays = pixels * OVERSAMPLE
+    rays = pixels * RAYS_A_PIXEL
     image = np.empty((rays, rays, 3), dtype=np.float32)
-    _draw(distance, *obstacle.packed(), axes, centre, width, image)
+    _draw(distance, *solid.packed(), axes, centre, width, image)
     picture = Image.fromarray((np.clip(image, 0, 1) ** (1 / 2.2) * 255).astype(np.uint8))
     pen = ImageDraw.Draw(picture)
     for line in strokes:
         flat = (line[:, :3] - centre) @ axes[:2].T * (rays / width) + rays / 2
-        pen.line([tuple(p) for p in flat], fill=INK, width=max(rays // 160, 1), joint="curve")
+        pen.line(
+            [tuple(p) for p in flat], fill=STROKE_INK, width=max(rays // 160, 1), joint="curve"
+        )
     return picture.resize((pixels, pixels), Image.Resampling.LANCZOS)
 
 
@@ -130,7 +132,7 @@ def _draw(field, kind, size, height, body_centre, body_axes, axes, centre, width
             shade = 0.93 - 0.18 * row / rays
             colour = (shade, shade, shade * 1.01)
             if hit == 1:
-                n = _slope(field, px, py, pz)
+                n = _normal(field, px, py, pz)
                 colour = _water(n, axes)
             elif hit == 2:
                 e = 0.2
@@ -159,7 +161,7 @@ def _liquid(field, x, y, z):
 
 
 @njit(cache=True, fastmath=True)
-def _slope(field, x, y, z):
+def _normal(field, x, y, z):
     e = 0.7
     return _unit(
         trilinear(field, x + e, y, z) - trilinear(field, x - e, y, z),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turn a checkpoint into the add-on's weights: float16, with calibrated thresholds.
 
-python -m training.export RUN --data DATA
+python -m training export RUN --data DATA
 """
 
 from __future__ import annotations
@@ -23,12 +23,15 @@ from liquid_splash_addon.core.generator.splash_unet import NetworkConfig, Splash
 from liquid_splash_addon.core.generator.weights_file import default_weights_path, save_weights
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 
-from ..data.dataset import Item, choose, held_out_sample, load_items, scenes_digest
-from ..evaluation.answers import best_threshold
-from .losses import VELOCITY_SCALE
+from ..command_line import command_parser
+from ..data.batch import VELOCITY_SCALE
+from ..data.items import Item, choose, load_items, scenes_digest
+from ..data.samples import held_out_sample
+from .thresholds import best_threshold
 
-THRESHOLDS = np.linspace(0.2, 0.5, 16)
-"""Not above even odds: sheets would lose liquid there, for hardly any IoU."""
+EXPORT_THRESHOLDS = np.linspace(0.2, 0.5, 16)
+"""Tried as occupancy from which on a cell is liquid. Not above even odds: sheets would lose liquid
+for hardly any IoU."""
 
 
 def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:
@@ -45,7 +48,7 @@ def load_average(run: Path) -> tuple[SplashNetwork, dict[str, Any]]:
 
 
 def average_with(network: SplashNetwork, other: SplashNetwork) -> None:
-    """Move the weights of ``network`` half the way to those of another of its shape.
+    """Move the weights of ``network`` half way to those of another of its shape.
 
     Raises ValueError where the shapes differ.
     """
@@ -59,8 +62,8 @@ def average_with(network: SplashNetwork, other: SplashNetwork) -> None:
 def scale_latents(network: SplashNetwork, factor: float) -> None:
     """Make the networks answer to a latent as they did to one ``factor`` times as large.
 
-    Of the best of several latents it is trained on a network learns too wide a choice; what
-    one splash may differ by from another is known from twins.
+    A network that is trained on the best of several latents learns too wide a choice; by how much
+    splashes of one sketch differ is known from twins.
     """
     with torch.no_grad():
         for parameter in network.coarse.modulations.parameters():
@@ -84,24 +87,29 @@ def sketch_statistics(items: Sequence[Item]) -> dict[str, float]:
     }
 
 
-def main() -> int:
-    """Run the command."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+def read_arguments(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the options."""
+    parser = command_parser("export", __doc__)
     parser.add_argument("run", type=Path, help="directory of the training run")
     parser.add_argument("--data", type=Path, required=True, help="directory of the data set")
-    parser.add_argument("--out", type=Path, default=default_weights_path())
+    parser.add_argument("--out", type=Path, default=default_weights_path(), help="weights file")
     parser.add_argument(
         "--mean-with", type=Path, metavar="WEIGHTS",
-        help="take the mean of the run and these weights, from which it began: what it learned of "
-        "few scenes by heart counts half (Wortsman et al. 2022)",
+        help="take the mean of the run and these weights, from which it began: halves what it "
+        "memorised of few scenes (Wortsman et al. 2022)",
     )  # fmt: skip
     parser.add_argument(
         "--latent-scale", type=float, default=1.0,
-        help="factor on what latents do, so that seeds differ as twins do (training.evaluate)",
+        help="factor on what latents do, so that seeds differ as twins do (command evaluate)",
     )  # fmt: skip
-    parser.add_argument("--figures", type=Path, help="JSON of training.evaluate, for the header")
+    parser.add_argument("--figures", type=Path, help="JSON of the command evaluate, for the header")
     parser.add_argument("--most", type=int, default=40, help="validation frames at the most")
-    args = parser.parse_args()
+    return parser.parse_args(arguments)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the command."""
+    args = read_arguments(arguments)
     try:
         network, state = load_average(args.run)
         if args.mean_with:
@@ -110,9 +118,22 @@ def main() -> int:
         training = load_items(args.data, "train")
         validation = choose(load_items(args.data, "validation"), args.most)
     except (OSError, ValueError) as error:
-        print(f"{error}: run training.train first, with the same data", file=sys.stderr)
+        print(f"{error}: run `python -m training train` first, with the same data", file=sys.stderr)
         return 1
-    header: dict[str, Any] = {
+    header = describe_run(args, state, training)
+    header["thresholds"] = calibrated_thresholds(network, header, validation)
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    save_weights(network, header, args.out)
+    print(f"{args.out}: thresholds {header['thresholds']}, real size {header['real_size']:.3f} m, "
+          f"fastest {header['fastest']:.2f} m/s")  # fmt: skip
+    return 0
+
+
+def describe_run(
+    args: argparse.Namespace, state: dict[str, Any], training: Sequence[Item]
+) -> dict[str, Any]:
+    """Return the header of the weights; its thresholds are not calibrated yet."""
+    return {
         "local_cells": LOCAL_CELLS,
         "local_spacing": LOCAL_SPACING,
         "velocity_scale": VELOCITY_SCALE,
@@ -127,17 +148,15 @@ def main() -> int:
         **sketch_statistics(choose(training, 200)),
         "figures": json.loads(args.figures.read_text()) if args.figures else {},
     }
+
+
+def calibrated_thresholds(
+    network: SplashNetwork, header: dict[str, Any], validation: Sequence[Item]
+) -> dict[str, float]:
+    """Return the occupancies from which on cells of a draft, and of a full result, are liquid."""
     generator = Generator(network, header, "", "cpu")
-    header["thresholds"] = {
-        "draft": best_threshold(generator, validation, state["training"]["cells"], THRESHOLDS),
-        "detail": best_threshold(generator, validation, LOCAL_CELLS, THRESHOLDS),
+    grids = {"draft": header["training"]["cells"], "detail": LOCAL_CELLS}
+    return {
+        name: best_threshold(generator, validation, cells, EXPORT_THRESHOLDS)
+        for name, cells in grids.items()
     }
-    args.out.parent.mkdir(parents=True, exist_ok=True)
-    save_weights(network, header, args.out)
-    print(f"{args.out}: thresholds {header['thresholds']}, real size {header['real_size']:.3f} m, "
-          f"fastest {header['fastest']:.2f} m/s")  # fmt: skip
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

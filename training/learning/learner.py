@@ -9,7 +9,7 @@ from typing import Any
 
 from torch import Tensor
 
-from .losses import Batch
+from ..data.batch import Batch
 
 
 class Learner(ABC):
@@ -17,7 +17,7 @@ class Learner(ABC):
 
     Attributes
     ----------
-    grids : sides of the boxes, in cells, for which it can be asked
+    grids : sides of the boxes, in cells, for which it answers
     """
 
     grids: tuple[int, ...]
@@ -43,8 +43,8 @@ class Learner(ABC):
 
     @abstractmethod
     def state(self) -> dict[str, Any]:
-        """Return everything that a run needs to go on exactly: tensors and plain values."""
+        """Return all that a run needs to go on exactly where it was: tensors and plain values."""
 
     @abstractmethod
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up what :meth:`state` returned."""
+        """Go on from what :meth:`state` returned."""

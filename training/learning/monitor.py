@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen of a training run: curves and pictures in TensorBoard, and its accuracy."""
+"""What a training run shows of itself: curves and pictures in TensorBoard, and its accuracy."""
 
 from __future__ import annotations
 
@@ -11,24 +11,28 @@ import numpy as np
 from PIL.Image import Image
 from torch.utils.tensorboard import SummaryWriter
 
-from ..data.dataset import Item, choose, held_out_sample
-from ..data.stream import Lesson, collate
+from ..data.batch import Batch
+from ..data.items import Item, choose
+from ..data.samples import held_out_sample
+from ..data.stream import TrainingSample, collate
 from ..figures.picture import contact_sheet, draw_liquid
-from ..measures.metrics import iou
+from ..measures.metrics import threshold_ious
 from .learner import Learner
-from .losses import Batch
 
-FRAMES = 16
-"""Validation frames measured at every look."""
+VALIDATION_FRAMES = 16
+"""Frames that are measured at every look."""
 
 PICTURES = 3
-"""Of them, how many are drawn."""
+"""How many of them are drawn."""
 
-THRESHOLDS = np.linspace(0.1, 0.6, 11)
+MONITOR_THRESHOLDS = np.linspace(0.1, 0.6, 11)
+"""Occupancies tried as the one from which on cells are liquid."""
 
-PIXELS = 256
+PICTURE_PIXELS = 256
+"""Side of a picture."""
 
 SMOOTHING = 0.98
+"""Share of a loss's running mean that is kept at each step."""
 
 
 class Monitor:
@@ -39,13 +43,13 @@ class Monitor:
     ) -> None:
         self.out = out
         self.writer = SummaryWriter(str(out)) if active else None
-        self.items = choose(items, FRAMES)
+        self.items = choose(items, VALIDATION_FRAMES)
         self.batches: dict[int, list[Batch]] = {cells: [] for cells in grids}
         self.mean: dict[str, float] = {}
         self.count = 0
 
     def smooth(self, losses: dict[str, float]) -> float:
-        """Return the running mean of the loss, and write it down now and then."""
+        """Return the running mean of the loss; every 20 steps all losses go to TensorBoard."""
         self.count += 1
         for name, value in losses.items():
             self.mean[name] = SMOOTHING * self.mean.get(name, value) + (1 - SMOOTHING) * value
@@ -78,7 +82,7 @@ class Monitor:
     def measure(self, learner: Learner, cells: int) -> tuple[float, float, list[Image]]:
         """Return the IoU at the best threshold, that threshold, and pictures.
 
-        Of the pictures, truths make the first row and answers the second.
+        The pictures are truths, for a first row, then answers, for a second.
         """
         if not self.batches[cells]:
             self.batches[cells] = [held_out_batch(item, cells) for item in self.items]
@@ -87,20 +91,24 @@ class Monitor:
         truths: list[np.ndarray] = []
         for batch in self.batches[cells]:
             guess = learner.predict(batch)[0, 0].cpu().numpy()
-            truth = batch.distance[0].numpy() < 0
-            scores.append([iou(guess > t, truth) for t in THRESHOLDS])
+            truth = batch.box.distance[0].numpy() < 0
+            scores.append(threshold_ious(guess, truth, MONITOR_THRESHOLDS))
             if len(guesses) < PICTURES:
                 guesses.append(guess)
-                truths.append(batch.distance[0].numpy())
+                truths.append(batch.box.distance[0].numpy())
         means = np.mean(scores, axis=0)
         best = int(means.argmax())
-        # Occupancy is no distance; where it is steep, four times it is short of one.
-        fields = [*truths, *(np.clip(4 * (THRESHOLDS[best] - g), -1, 1) for g in guesses)]
-        pictures = [draw_liquid(f.astype(np.float32), PIXELS, width=1.1 * cells) for f in fields]
-        return float(means[best]), float(THRESHOLDS[best]), pictures
+        # Occupancy is not a distance; where it is steep, four times it is less than one.
+        fields = [*truths, *(np.clip(4 * (MONITOR_THRESHOLDS[best] - g), -1, 1) for g in guesses)]
+        pictures = [
+            draw_liquid(f.astype(np.float32), PICTURE_PIXELS, width=1.1 * cells) for f in fields
+        ]
+        return float(means[best]), float(MONITOR_THRESHOLDS[best]), pictures
 
 
 def held_out_batch(item: Item, cells: int) -> Batch:
     """Return an unseen frame as a batch of one, without its obstacle."""
     sample, _ = held_out_sample(item, cells)
-    return collate([Lesson(sample, None, (0, 0, 0), np.zeros((cells // 2,) * 3, np.float32))])
+    return collate(
+        [TrainingSample(sample, None, (0, 0, 0), np.zeros((cells // 2,) * 3, np.float32))]
+    )

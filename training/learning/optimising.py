@@ -14,15 +14,15 @@ import torch
 from torch import Tensor, nn
 
 INSIDE = ("encoder", "decoder", "middle", "downs", "ups", "down", "up")
-"""Modules of the networks whose weights map features to features. Stems, heads and what the latent
-goes through are not among them: rows of zeros and few inputs are not what Muon is for."""
+"""Modules of the networks whose weights map features to features. Stems, heads and the latent's
+layers are not among them: Muon is not made for rows of zeros and few inputs."""
 
-
-MOMENTUM = 0.95
+MUON_MOMENTUM = 0.95
 
 ITERATIONS = 5
+"""Steps of the iteration that makes a matrix orthogonal."""
 A, B, C = 3.4445, -4.7750, 2.0315
-"""Coefficients of the iteration that makes a matrix orthogonal: steepest at zero (Jordan)."""
+"""Its coefficients: steepest at zero (Jordan)."""
 
 
 def as_matrix(kernel: Tensor) -> Tensor:
@@ -31,7 +31,7 @@ def as_matrix(kernel: Tensor) -> Tensor:
 
 
 def orthogonal(matrix: Tensor) -> Tensor:
-    """Return about the orthogonal matrix nearest to ``(m, n)``: singular values of 0.7 to 1.2.
+    """Return roughly the orthogonal matrix nearest to ``(m, n)``: singular values of 0.7 to 1.2.
 
     Newton-Schulz iteration with Jordan's coefficients, on the m x m Gram matrix: ``n`` is 8 to 27
     times ``m`` here, and this way it is read twice instead of ten times.
@@ -68,7 +68,7 @@ class Muon(torch.optim.Optimizer):
 
     def move(self, kernel: Tensor, grad: Tensor, lr: float, weight_decay: float) -> None:
         """Move one kernel."""
-        gradient, momentum = as_matrix(grad), MOMENTUM
+        gradient, momentum = as_matrix(grad), MUON_MOMENTUM
         state = self.state[kernel]
         if "mean" not in state:
             state["mean"] = torch.zeros_like(gradient)
@@ -96,7 +96,7 @@ class Optimiser:
         )
 
     def step(self, rate: float) -> None:
-        """Move the parameters along their gradients, and drop these.
+        """Move the parameters along their gradients, and drop the gradients.
 
         rate : factor on the learning rate
         """
@@ -107,11 +107,11 @@ class Optimiser:
             optimiser.zero_grad(set_to_none=True)
 
     def state_dict(self) -> dict[str, Any]:
-        """Return what goes on, as torch's optimisers do."""
+        """Return the state of both, as torch's optimisers do."""
         return {"muon": self.muon.state_dict(), "adam": self.adam.state_dict()}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Take up a state."""
+        """Go on from a state of :meth:`state_dict`."""
         self.muon.load_state_dict(state["muon"])
         self.adam.load_state_dict(state["adam"])
 

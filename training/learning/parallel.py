@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several processes that train one model, as ``torchrun`` starts them; nothing to do for one."""
+"""Several processes that train one model, as ``torchrun`` starts them; alone, nothing to do."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def start() -> tuple[int, int]:
 def meet() -> None:
     """Wait until all processes are here.
 
-    Before the end they should: a thread of gloo's that still holds a tensor of the last step while
+    To be called before the end: a thread of gloo that still holds a tensor of the last step while
     Python ends may abort the process.
     """
     if dist.is_initialized():

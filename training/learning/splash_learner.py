@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How our own generator is trained: both networks at once, latents by conditional IMLE."""
+"""How our own generator is trained: both networks together, latents by conditional IMLE."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import torch
 from torch import Tensor
 
 from liquid_splash_addon.core.generator.latent import candidates
-from liquid_splash_addon.core.generator.sparse import sparse_condition
 from liquid_splash_addon.core.generator.splash_unet import (
     Draft,
     Encoding,
@@ -21,8 +20,10 @@ from liquid_splash_addon.core.generator.splash_unet import (
     SplashNetwork,
 )
 
+from ..command_line import option
+from ..data.batch import Batch
 from .learner import Learner
-from .losses import Batch, sample_losses
+from .losses import sample_losses
 from .optimising import Optimiser, follow
 from .parallel import average_gradients
 
@@ -31,12 +32,12 @@ from .parallel import average_gradients
 class SplashConfig:
     """How our generator is trained."""
 
-    learning_rate: float = 2e-3  # Muon's and AdamW's
-    weight_decay: float = 1e-2
-    average: float = 0.998  # of the weights (EMA), per step
-    imle_from: float = 0.5  # share of the run after which latents are trained
-    candidates: int = 8  # latents tried for each sample; the best is trained (conditional IMLE)
-    deterministic: float = 0.33  # share of batches with latent zero, then
+    learning_rate: float = option(2e-3, "Muon's and AdamW's")
+    weight_decay: float = option(1e-2, "Muon's and AdamW's")
+    average: float = option(0.998, "share of the weights' average kept at each step (EMA)")
+    imle_from: float = option(0.5, "share of the run after which latents are trained")
+    candidates: int = option(8, "latents tried for each sample; the best is trained (IMLE)")
+    deterministic: float = option(0.33, "share of batches with latent zero from then on")
 
 
 class SplashLearner(Learner):
@@ -64,7 +65,7 @@ class SplashLearner(Learner):
         self.steps = 0
 
     def start_from(self, weights: Mapping[str, Tensor]) -> None:
-        """Begin with these weights of an earlier run; the optimiser begins anew."""
+        """Begin with the weights of an earlier run, and a new optimiser."""
         self.network.load_state_dict(weights)
         self.average.load_state_dict(weights)
 
@@ -72,7 +73,7 @@ class SplashLearner(Learner):
         """Train on one batch; see :class:`Learner`. Losses: 'loss', 'draft', 'detail'."""
         batch = batch.to(self.device)
         with self.autocast():
-            encoding = self.network.coarse.encode(sparse_condition(batch.condition), batch.obstacle)
+            encoding = self.network.coarse.encode(batch.box.condition, batch.obstacle)
             latent = self.choose_latent(encoding, batch, progress)
             draft = self.network.coarse.decode(encoding, latent)
             detail = self.detail(self.network, batch, draft)
@@ -98,18 +99,19 @@ class SplashLearner(Learner):
         """Return the detail network's output on the batch's parts; None where it has none."""
         if batch.detail is None or batch.start is None:
             return None
-        size = batch.detail.condition.shape[-1]
+        size = batch.detail.distance.shape[-1]
         part = Draft(
-            cut(draft.output, batch.start // 2, size // 2),
-            cut(draft.features, batch.start // 4, size // 4),
+            crop_each(draft.output, batch.start // 2, size // 2),
+            crop_each(draft.features, batch.start // 4, size // 4),
         )
-        output: Tensor = network.detail(sparse_condition(batch.detail.condition), part)
+        output: Tensor = network.detail(batch.detail.condition, part)
         return output
 
     def choose_latent(self, encoding: Encoding, batch: Batch, progress: float) -> Tensor | None:
         """Return the latent to train each sample with, ``(B, L, l, l, l)``; None is zero.
 
-        Of some as seeds in a row have, the one whose draft is nearest the truth (conditional IMLE).
+        Several are drawn as consecutive seeds have them; the one whose draft is nearest to the
+        truth is trained (conditional IMLE).
         """
         lot = torch.rand((), generator=self.random).item()
         if progress < self.config.imle_from or lot < self.config.deterministic:
@@ -117,7 +119,7 @@ class SplashLearner(Learner):
         rng = np.random.default_rng(int(torch.randint(2**62, (), generator=self.random)))
         each = [
             candidates(self.network.config, self.config.candidates, rng)
-            for _ in range(len(batch.distance))
+            for _ in range(len(batch.box.distance))
         ]
         tries = torch.from_numpy(np.stack(each, axis=1)).to(self.device)  # (K, B, L, l, l, l)
         with torch.no_grad():
@@ -129,21 +131,21 @@ class SplashLearner(Learner):
         return tries[best, torch.arange(len(best), device=best.device)]
 
     def finish(self, batches: Iterator[Batch]) -> None:
-        """Nothing is left to do: there are no statistics to settle."""
+        """Do nothing: there are no statistics of norms."""
 
     @torch.inference_mode()
     def predict(self, batch: Batch) -> Tensor:
         """Return the averaged networks' deterministic answer; see :class:`Learner`."""
-        condition = batch.condition.to(self.device)
+        condition = batch.box.condition.to(self.device)
         with self.autocast():
             if condition.shape[-1] == self.grids[0]:
-                output = self.average.draft(sparse_condition(condition)).output.float()
+                output = self.average.draft(condition).output.float()
             else:
                 output = self.average(condition).float()
         return torch.cat([torch.sigmoid(output[:, :1]), output[:, 2:]], dim=1)
 
     def state(self) -> dict[str, Any]:
-        """Return everything that goes on; see :class:`Learner`."""
+        """Networks, optimiser and random numbers; see :class:`Learner`."""
         return {
             "network": self.network.state_dict(),
             "average": self.average.state_dict(),
@@ -154,7 +156,7 @@ class SplashLearner(Learner):
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up a state; see :class:`Learner`."""
+        """Go on from a state; see :class:`Learner`."""
         self.network.load_state_dict(state["network"])
         self.average.load_state_dict(state["average"])
         self.optimiser.load_state_dict(state["optimiser"])
@@ -162,8 +164,11 @@ class SplashLearner(Learner):
         self.steps = state["steps"]
 
 
-def cut(x: Tensor, start: Tensor, size: int) -> Tensor:
-    """Return from each sample of ``(B, C, X, Y, Z)`` the cube of ``size`` that begins at start."""
+def crop_each(x: Tensor, start: Tensor, size: int) -> Tensor:
+    """Return a cube of each sample, ``(B, C, size, size, size)``.
+
+    x : ``(B, C, X, Y, Z)``; start : ``(B, 3)``, the first cell of each cube.
+    """
     return torch.stack(
         [
             sample[:, i : i + size, j : j + size, k : k + size]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Train a generator: ours, or the paper's for comparison.
 
-    python -m training.train DATA --out RUN --minutes 60
-    torchrun --nproc-per-node 2 -m training.train DATA --out RUN --minutes 60
+    python -m training train DATA --out RUN --minutes 60
+    torchrun --nproc-per-node 2 -m training train DATA --out RUN --minutes 60
 
 A checkpoint is written every few minutes; the same command goes on where a stopped run was.
 """
@@ -13,8 +13,8 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +25,12 @@ from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.generator.precision import DTYPES, fastest_precision
 from liquid_splash_addon.core.generator.splash_unet import NetworkConfig
 
-from ..data.dataset import Item, load_items
-from ..data.stream import Lessons, Wish, stream
+from ..command_line import PROGRESS_BAR, add_options, command_parser, option, read_options
+from ..data.batch import Batch
+from ..data.items import Item, load_items
+from ..data.stream import SampleSpecification, TrainingSamples, stream
 from . import parallel
 from .learner import Learner
-from .losses import Batch
 from .monitor import Monitor
 from .paper.networks import PaperConfig
 from .paper.paper_learner import PaperLearner
@@ -40,17 +41,17 @@ from .splash_learner import SplashConfig, SplashLearner
 class TrainConfig:
     """One training run, whichever the model."""
 
-    minutes: float = 60.0  # wall time, all in
-    steps: int = 0  # ends the run after so many steps instead, if not 0
-    batch: int = 8  # over all processes
-    cells: int = 64  # side of the boxes; the details are learned at twice the resolution
-    crop: int = 64  # side of the parts on which the details are learned
-    obstacle: float = 0.5  # share of samples that are shown their obstacle
-    scenes: int = 0  # train on so many of the scenes only, if not 0
-    warmup: int = 100  # steps
-    decay: float = 0.3  # last share of the run, in which the learning rate falls to zero
-    checkpoint: float = 4.0  # minutes between checkpoints
-    seed: int = 0
+    minutes: float = option(60.0, "wall time of training, measuring not counted")
+    steps: int = option(0, "end the run after so many steps instead, if not 0")
+    batch: int = option(8, "samples a step, over all processes")
+    cells: int = option(64, "side of the boxes; details are learned at twice the resolution")
+    crop: int = option(64, "side of the parts on which details are learned, in their cells")
+    obstacle: float = option(0.5, "share of samples that are shown their obstacle")
+    scenes: int = option(0, "train on so many of the scenes only, if not 0")
+    warmup: int = option(100, "steps over which the learning rate rises")
+    decay: float = option(0.3, "last share of the run, in which the learning rate falls to 0")
+    checkpoint: float = option(4.0, "minutes between checkpoints")
+    seed: int = option(0, "of all random choices")
 
 
 class Run:
@@ -93,7 +94,7 @@ class Run:
         os.replace(aside, self.path)
 
     def load(self) -> None:
-        """Go on from the checkpoint, if there is one; ValueError if it is of another model."""
+        """Go on from the checkpoint, if there is one; ValueError if it is another model's."""
         if not self.path.exists():
             return
         state = torch.load(self.path, weights_only=True, map_location="cpu")
@@ -101,7 +102,7 @@ class Run:
             if state.get(name) != value:
                 raise ValueError(
                     f"{self.path} is of another model ({name} {state.get(name)!r}, not "
-                    f"{value!r}): choose another --out, or the settings it was begun with"
+                    f"{value!r}): choose another --out, or the settings that it began with"
                 )
         self.learner.restore(state["learner"])
         self.steps, self.seconds = state["steps"], state["seconds"]
@@ -118,14 +119,14 @@ def train(
 ) -> None:
     """Train until the run's time is up; rank 0 shows, measures and saves.
 
-    reload : looks at every checkpoint whether there are more frames by now.
+    reload : returns the frames that there are by now; asked at every checkpoint.
     """
     config = run.config
     if run.progress >= 1:
         return
     batches = batches_of(run, items, workers, rank, world)
     monitor = Monitor(run.out, validation, run.learner.grids, rank == 0)
-    bar = tqdm(total=1.0, initial=run.progress, bar_format=BAR, disable=rank > 0)
+    bar = tqdm(total=1.0, initial=run.progress, bar_format=PROGRESS_BAR, disable=rank > 0)
     before = saved = time.monotonic()
     while run.progress < 1:
         batch = next(batches)
@@ -154,11 +155,12 @@ def train(
 
 
 def batches_of(run: Run, items: list[Item], workers: int, rank: int, world: int) -> Iterator[Batch]:
-    """Return the batches that a run has not seen yet."""
+    """Return the batches that a run has not been trained on yet."""
     config = run.config
-    lessons = Lessons(items, Wish(config.cells, config.crop, config.obstacle), config.seed)
+    specification = SampleSpecification(config.cells, config.crop, config.obstacle)
+    samples = TrainingSamples(items, specification, config.seed)
     seen = run.steps * config.batch
-    return stream(lessons, config.batch // world, workers, seen, rank, world)
+    return stream(samples, config.batch // world, workers, seen, rank, world)
 
 
 def first_scenes(items: list[Item], count: int) -> list[Item]:
@@ -168,46 +170,37 @@ def first_scenes(items: list[Item], count: int) -> list[Item]:
     return [item for item in items if item.scene in chosen]
 
 
-BAR = "{percentage:3.0f}%|{bar}| {elapsed}<{remaining} {postfix}"
-
-
-def add_options(parser: argparse.ArgumentParser, config: type[Any]) -> None:
-    """Offer a dataclass's fields as options."""
-    for item in fields(config):
-        name = f"--{item.name.replace('_', '-')}"
-        parser.add_argument(name, type=type(item.default), default=item.default)
-
-
-def read_options(args: argparse.Namespace, config: type[Any]) -> Any:
-    """Return the dataclass that the options describe."""
-    return config(**{item.name: getattr(args, item.name) for item in fields(config)})
-
-
-def read_arguments() -> argparse.Namespace:
+def read_arguments(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the command line's arguments."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_parser("train", __doc__)
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--out", type=Path, required=True, help="directory of the run")
     parser.add_argument(
         "--model", choices=["ours", "cgan", "unet"], default="ours",
-        help="the paper's are trained as in the paper: batches of 2, constant rate, whole boxes",
+        help="cgan and unet are trained as in the paper: batches of 2, constant rate, whole boxes",
     )  # fmt: skip
-    parser.add_argument("--l1-weight", type=float, default=100.0, help="lambda of the paper's")
+    parser.add_argument(
+        "--l1-weight", type=float, default=100.0, help="lambda of the paper's losses"
+    )
     parser.add_argument("--workers", type=int, default=1, help="processes that prepare samples")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="of this process")
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    parser.add_argument("--precision", choices=["auto", *DTYPES], default="auto")
-    parser.add_argument("--start-from", type=Path, help="weights file to begin with, not chance")
-    parser.add_argument("--grow", action="store_true", help="take up scenes that appear meanwhile")
+    parser.add_argument(
+        "--precision", choices=["auto", *DTYPES], default="auto", help="auto: the device's fastest"
+    )
+    parser.add_argument(
+        "--start-from", type=Path, help="weights file to begin with instead of random weights"
+    )
+    parser.add_argument(
+        "--grow", action="store_true", help="also use scenes that appear during the run"
+    )
     add_options(parser, TrainConfig)
     add_options(parser, SplashConfig)
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
 def make_run(args: argparse.Namespace) -> Run:
-    """Return the run that the arguments describe, gone on with if it was begun before."""
+    """Return the run that the arguments describe, where it stopped if it was begun before."""
     config: TrainConfig = read_options(args, TrainConfig)
     name = fastest_precision(args.device) if args.precision == "auto" else args.precision
     if args.model == "ours":
@@ -243,15 +236,17 @@ def paper_learner(
     return learner, {"kind": "paper", "config": asdict(shape)}
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    args = read_arguments()
+    args = read_arguments(arguments)
     torch.set_num_threads(args.threads)
     torch.set_flush_denormal(True)
     rank, world = parallel.start()
     try:
         if args.grow and world > 1:
-            raise ValueError("--grow is for one process: several would not see the same scenes")
+            raise ValueError(
+                "--grow works with one process only: several could see different scenes"
+            )
 
         def reload() -> list[Item]:
             return first_scenes(load_items(args.data, "train"), args.scenes)
@@ -266,7 +261,3 @@ def main() -> int:
     finally:
         parallel.stop()
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

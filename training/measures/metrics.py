@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_erosion
@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 def occupancy_metrics(guess: np.ndarray, truth: np.ndarray, spacing: float) -> dict[str, float]:
     """Return the accuracy of a set of occupied cells, bool ``(X, Y, Z)``.
 
-    iou, tpr, precision, fpr : shares, over all cells. hausdorff_*, hd95_* : greatest and 95th
+    iou, tpr, precision, fpr : over all cells. hausdorff_*, hd95_* : greatest and 95th
     percentile of the distances between the centres of both surfaces' cells, both ways, in
     cells and millimetres (NaN where one is empty). f_score : harmonic mean of the shares of
     either surface within one cell of the other. spacing : metres.
@@ -46,6 +46,16 @@ def iou(guess: np.ndarray, truth: np.ndarray) -> float:
     return float((guess & truth).sum() / max((guess | truth).sum(), 1))
 
 
+def threshold_ious(
+    occupancy: np.ndarray, truth: np.ndarray, thresholds: Iterable[float]
+) -> list[float]:
+    """Return the IoU of the cells above each threshold with the truth.
+
+    occupancy : ``(X, Y, Z)``, 0..1; truth : bool ``(X, Y, Z)``
+    """
+    return [iou(occupancy > threshold, truth) for threshold in thresholds]
+
+
 def surface_cells(occupied: np.ndarray) -> np.ndarray:
     """Return the occupied cells that have an empty neighbour, ``(n, 3)``."""
     return np.argwhere(occupied & ~binary_erosion(occupied))
@@ -71,11 +81,10 @@ def velocity_metrics(
 
 
 def relative_divergence(velocity: np.ndarray, occupied: np.ndarray) -> float:
-    """Return how far a flow is from keeping its volume: rms(div u) * h / mean speed.
+    """Return how far a flow is from conserving volume: rms(div u) * h / mean speed.
 
-    Taken by central differences over the occupied cells whose six neighbours are occupied too;
-    NaN where there are none. A flow that loses its whole speed from one cell to the next has
-    about 1.
+    By central differences over the occupied cells whose six neighbours are occupied too, NaN where
+    there are none. A flow that loses all its speed from one cell to the next has about 1.
 
     velocity : ``(3, X, Y, Z)``; occupied : bool ``(X, Y, Z)``
     """
@@ -91,7 +100,7 @@ def relative_divergence(velocity: np.ndarray, occupied: np.ndarray) -> float:
 
 
 def average(rows: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Return the mean of each figure over the rows that have it; NaN is none."""
+    """Return the mean of each figure over the rows that have it; NaN counts as missing."""
     found: dict[str, list[float]] = {name: [] for row in rows for name in row}
     for row in rows:
         for name, value in row.items():

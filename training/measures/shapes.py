@@ -19,16 +19,16 @@ from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .metrics import iou
 
-CUBE = np.ones((3, 3, 3), dtype=bool)
+AROUND_A_CELL = np.ones((3, 3, 3), dtype=bool)
 """A cell and the 26 around it."""
 
 
 def pieces(occupied: np.ndarray, least: int = 1) -> list[int]:
     """Return the sizes in cells, largest first, of the pieces of at least ``least`` cells.
 
-    occupied : bool ``(X, Y, Z)``; cells that share a corner hang together.
+    occupied : bool ``(X, Y, Z)``; cells that share a corner belong together.
     """
-    labels, _ = label(occupied, CUBE)
+    labels, _ = label(occupied, AROUND_A_CELL)
     sizes = np.sort(np.bincount(labels.ravel())[1:])[::-1]
     return [int(size) for size in sizes if size >= least]
 
@@ -36,8 +36,8 @@ def pieces(occupied: np.ndarray, least: int = 1) -> list[int]:
 def tunnels(occupied: np.ndarray) -> int:
     """Return the number of holes that go through the liquid (its first Betti number).
 
-    From Euler's number: pieces - tunnels + bubbles. A sheet with two holes has two tunnels,
-    as has an 8 of liquid.
+    From Euler's number: pieces - tunnels + bubbles. A sheet with two holes has two tunnels, and so
+    has a figure eight.
     """
     padded = np.pad(occupied, 1)
     _, airs = label(~padded)
@@ -57,15 +57,15 @@ def coverage(occupied: np.ndarray, drawn: np.ndarray, within: int = 0) -> float:
     occupied, drawn : bool ``(X, Y, Z)``.
     """
     if within:
-        occupied = binary_dilation(occupied, CUBE, iterations=within)
+        occupied = binary_dilation(occupied, AROUND_A_CELL, iterations=within)
     return float(occupied[drawn].mean())
 
 
 def attached_share(occupied: np.ndarray, drawn: np.ndarray) -> float:
     """Return the share of the liquid in pieces that touch a stroke cell; 0 without liquid."""
-    labels, count = label(occupied, CUBE)
+    labels, count = label(occupied, AROUND_A_CELL)
     touching = np.zeros(count + 1, dtype=bool)
-    touching[labels[binary_dilation(drawn, CUBE)]] = True
+    touching[labels[binary_dilation(drawn, AROUND_A_CELL)]] = True
     return float(touching[labels[occupied]].mean()) if count else 0.0
 
 
@@ -76,9 +76,9 @@ def far_share(occupied: np.ndarray, drawn: np.ndarray, cells: float) -> float:
 
 
 def shifted_iou(occupied: np.ndarray) -> float:
-    """Return the mean IoU of the liquid with itself, moved by one cell along x, y or z.
+    """Return the mean IoU of the liquid with itself moved by one cell along x, y or z.
 
-    A measure for other IoUs: thin liquid shares little with itself a cell aside.
+    A yardstick for other IoUs: thin liquid shares little with itself one cell aside.
     """
     padded = np.pad(occupied, 1)
     shared = [(padded & np.roll(padded, 1, axis)).sum() / occupied.sum() for axis in range(3)]

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure what the default refinements do to the accuracy (paper, 5.3 and Table 1, last row).
+"""Measure how the default refinements change the accuracy (paper, 5.3 and Table 1, last row).
 
-    python -m training.refined DATA --out docs/results/refined.json
+    python -m training refined DATA --out docs/results/refined.json
 
-A mesh occupies the cells whose centres it encloses; so it is for the splash before refinement,
-and so for the refined one, its free drops and waves included.
+A mesh occupies the cells whose centres it encloses: that of the splash before refinement and the
+refined one, with its free drops and waves.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -30,11 +29,13 @@ from liquid_splash_addon.core.refinement.settings import (
 )
 from liquid_splash_addon.core.refinement.stack import Refiner
 
-from ..data.dataset import Item, choose, held_out_sample, load_items
+from ..command_line import command_parser
+from ..data.items import Item, choose, load_items
+from ..data.samples import held_out_sample
 from ..evaluation.report import frames_hash
 from ..measures.metrics import average, occupancy_metrics
 
-STEPS: dict[str, Sequence[RefinementSettings]] = {
+REFINEMENTS: dict[str, Sequence[RefinementSettings]] = {
     "before": (),
     "droplets": (DropletSettings(),),
     "waves": (WaveSettings(),),
@@ -52,12 +53,12 @@ def enclosed_cells(mesh: Mesh, grid: Grid) -> np.ndarray:
 def measure(items: Sequence[Item], weights: Path) -> dict[str, list[dict[str, float]]]:
     """Return the figures of each frame at 128^3 by name of the list."""
     generator = load_generator(weights)
-    rows: dict[str, list[dict[str, float]]] = {name: [] for name in STEPS}
+    rows: dict[str, list[dict[str, float]]] = {name: [] for name in REFINEMENTS}
     for item in tqdm(items, unit="frame"):
         sample, _ = held_out_sample(item, 128)
         truth = sample.distance < 0
         refiner = Refiner(generator.generate(sample.condition, sample.grid))
-        for name, steps in STEPS.items():
+        for name, steps in REFINEMENTS.items():
             refined = refiner.refine(steps)
             occupied = enclosed_cells(refined.mesh, sample.grid)
             row = occupancy_metrics(occupied, truth, sample.grid.spacing)
@@ -65,16 +66,14 @@ def measure(items: Sequence[Item], weights: Path) -> dict[str, list[dict[str, fl
     return rows
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_parser("refined", __doc__)
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--weights", type=Path, default=default_weights_path())
     parser.add_argument("--most", type=int, default=40, help="test frames at the most")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     try:
         items = choose(load_items(args.data, "test"), args.most)
         rows = {name: average(found) for name, found in measure(items, args.weights).items()}
@@ -87,7 +86,3 @@ def main() -> int:
     if args.out:
         args.out.write_text(json.dumps({"about": about, **rows}, indent=1) + "\n")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

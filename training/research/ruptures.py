@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How ruptured simulated liquid is, by the speed of its strokes: what Fig. 7 may be learned from.
+"""How ruptured simulated liquid is, by the speed of its strokes: what Fig. 7 can be learned from.
 
-python -m training.ruptures DATA
+python -m training ruptures DATA
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -17,26 +16,29 @@ from tqdm import tqdm
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS
 
-from ..data.dataset import Item, choose, held_out_sample, load_items
+from ..command_line import command_parser
+from ..data.items import Item, choose, load_items
+from ..data.samples import held_out_sample
 from ..measures.metrics import average, surface_cells
 from ..measures.shapes import pieces, tunnels
 
-LEAST = 8
+SMALLEST_PIECE = 8
 """Cells of the smallest piece that counts: smaller ones are spray."""
 
-GROUPS = 3
+SPEED_GROUPS = 3
 
 COUNTS = ("pieces", "holes")
+"""Figures that are numbers of things."""
 
-DRAWS = 200  # of the bootstrap
+BOOTSTRAP_DRAWS = 200
 
 
 def figures(item: Item) -> dict[str, float]:
     """Return the figures of one frame.
 
     speed : mean of its strokes', m/s; size : root mean square of their distance from their centre,
-    m; pieces : of LEAST cells or more; holes : through the liquid; surface : share of its cells
-    that have an empty neighbour; time : s after impact; seed : the scene's.
+    m; pieces : of SMALLEST_PIECE cells or more; holes : through the liquid; surface : share of its
+    cells that have an empty neighbour; time : s after impact; seed : the scene's.
     """
     sample, strokes = held_out_sample(item, LOCAL_CELLS)
     liquid = sample.distance < 0
@@ -45,7 +47,7 @@ def figures(item: Item) -> dict[str, float]:
     return {
         "speed": float(speeds.mean()),
         "size": float(np.sqrt(points.var(axis=0).sum())),
-        "pieces": float(len(pieces(liquid, LEAST))),
+        "pieces": float(len(pieces(liquid, SMALLEST_PIECE))),
         "holes": float(tunnels(liquid)),
         "surface": len(surface_cells(liquid)) / max(int(liquid.sum()), 1),
         "time": item.time,
@@ -53,8 +55,10 @@ def figures(item: Item) -> dict[str, float]:
     }
 
 
-def by_speed(rows: Sequence[dict[str, float]], groups: int = GROUPS) -> list[dict[str, float]]:
-    """Return the means of each of some equal groups, the slowest first, and their ``frames``."""
+def by_speed(
+    rows: Sequence[dict[str, float]], groups: int = SPEED_GROUPS
+) -> list[dict[str, float]]:
+    """Return the means over ``groups`` equal groups, the slowest first, and their ``frames``."""
     ordered = sorted(rows, key=lambda row: row["speed"])
     parts = np.array_split(np.arange(len(ordered)), groups)
     return [{**average([ordered[i] for i in part]), "frames": len(part)} for part in parts]
@@ -63,7 +67,7 @@ def by_speed(rows: Sequence[dict[str, float]], groups: int = GROUPS) -> list[dic
 def slope(rows: Sequence[dict[str, float]], name: str, given: Sequence[str]) -> float:
     """Return by how much a figure rises where the strokes are e times as fast, by least squares.
 
-    name : of the figure; counts are taken as log(1 + count). given : figures held constant.
+    name : of the figure; counts enter as log(1 + count). given : names of figures held constant.
     """
     values = np.array([row[name] for row in rows])
     if name in COUNTS:
@@ -76,7 +80,7 @@ def slope(rows: Sequence[dict[str, float]], name: str, given: Sequence[str]) -> 
 def slope_and_error(
     rows: Sequence[dict[str, float]], name: str, given: Sequence[str]
 ) -> tuple[float, float]:
-    """Return :func:`slope` and its standard error, by drawing whole scenes anew (bootstrap)."""
+    """Return :func:`slope` and its standard error, by a bootstrap over whole scenes."""
     scenes: dict[float, list[dict[str, float]]] = {}
     for row in rows:
         scenes.setdefault(row["seed"], []).append(row)
@@ -87,7 +91,7 @@ def slope_and_error(
             name,
             given,
         )
-        for _ in range(DRAWS)
+        for _ in range(BOOTSTRAP_DRAWS)
     ]
     return slope(rows, name, given), float(np.std(drawn))
 
@@ -103,13 +107,13 @@ def slopes(rows: Sequence[dict[str, float]]) -> dict[str, dict[str, tuple[float,
     }
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = command_parser("ruptures", __doc__)
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--split", default="test", help="train, validation or test")
     parser.add_argument("--most", type=int, default=170, help="frames at the most")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     try:
         items = choose(load_items(args.data, args.split), args.most)
     except ValueError as error:
@@ -118,7 +122,3 @@ def main() -> int:
     rows = [figures(item) for item in tqdm(items, unit="frame")]
     print(json.dumps({"by speed": by_speed(rows), "slopes": slopes(rows)}, indent=1))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

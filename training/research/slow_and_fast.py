@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How ruptured answers are to sketches of true splashes, drawn slowly and fast (paper, Fig. 7).
 
-    python -m training.slow_and_fast DATA
+    python -m training slow-and-fast DATA
 
-The sketches that claims are tried on are few and whole; these are many, and some come in pieces.
+The sketch bench has few sketches, each of one piece; these are many, and some fall into pieces.
 """
 
 from __future__ import annotations
@@ -27,10 +27,13 @@ from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
-from ..data.dataset import Item, held_out_strokes
-from ..evaluation.answers import Answer, chosen, read_arguments, stroke_counts
+from ..command_line import command_parser
+from ..data.items import Item
+from ..data.samples import held_out_strokes
+from ..evaluation.answers import chosen, read_arguments, stroke_counts
+from ..evaluation.bench_sketches import FAST, SLOW
 from ..evaluation.claims import PIECE_CELLS
-from ..evaluation.trials import FAST, SLOW
+from ..learning.thresholds import Answer
 from ..measures.metrics import average
 from ..measures.shapes import pieces, surface_to_volume, tunnels
 
@@ -38,7 +41,7 @@ Row = dict[str, float]
 
 
 def drawn_at(strokes: Sequence[Stroke], speed: float) -> list[Stroke]:
-    """Return the strokes, all velocities times one factor: ``speed`` m/s in the mean."""
+    """Return the strokes, all velocities scaled by one factor to a mean of ``speed`` m/s."""
     mean = np.linalg.norm(np.concatenate([s.velocities for s in strokes]), axis=1).mean()
     return [Stroke(s.points, s.velocities * (speed / max(mean, 1e-9))) for s in strokes]
 
@@ -63,8 +66,8 @@ def slow_and_fast(
 ) -> tuple[Row, Row]:
     """Return the figures of the answers to a frame's sketch at the speeds SLOW and FAST.
 
-    Those are a hand's, and the liquid's are faster by the add-on's default gain. As the networks
-    answer, and as the add-on smooths and breaks that up.
+    These are speeds of a hand; the liquid is faster by the add-on's default gain. Figures are given
+    of what the networks answer, and of that after the add-on has smoothed and broken it up.
     """
     strokes, grid = held_out_strokes(item, item.load(), counts), Grid.local(cells)
     local = fit_frame(strokes).strokes_to_local(strokes)
@@ -79,7 +82,7 @@ def slow_and_fast(
 def answer_figures(
     answer: Answer, strokes: Sequence[Stroke], grid: Grid, settings: SplashSettings
 ) -> Row:
-    """Return the figures of the answer to strokes in local metres, and of what the add-on makes."""
+    """Return the figures of the answer to strokes in local metres, before and after shaping."""
     patches = patch_samples(strokes, bundled_patch_classifier())
     fields = answer.generate(voxelize(strokes, grid, patches), grid)
     row = figures(fields)
@@ -98,9 +101,9 @@ def difference(
     return float(means.mean()), float(means.std(ddof=1) / np.sqrt(len(means)))
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    args = read_arguments(__doc__, most=120)
+    args = read_arguments(command_parser("slow-and-fast", __doc__), arguments, most=120)
     try:
         items, answer = chosen(args)
         if len({item.seed for item in items}) < 2:
@@ -116,7 +119,3 @@ def main() -> int:
         means = f"slow {slow[name]:.3f} fast {fast[name]:.3f}"
         print(f"{name:18} {means} apart {apart:+.3f} ± {spread:.3f}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mesh the truth of simulated frames and measure how well: distance to the surface, crossings.
+"""Mesh simulated liquid, and measure how well: distance to its surface, faces that cross.
 
-python -m training.surfaces DATA
+python -m training surfaces DATA
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,8 @@ from liquid_splash_addon.core.numeric.trilinear import sample_field
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
 from liquid_splash_addon.core.refinement.stack import Refiner
 
-from ..data.dataset import Item, choose, load_items
+from ..command_line import command_parser
+from ..data.items import Item, choose, load_items
 from ..measures.metrics import average
 
 
@@ -65,15 +66,13 @@ def measure(item: Item) -> dict[str, float]:
     }
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_parser("surfaces", __doc__)
     parser.add_argument("data", type=Path, help="directory of the data set")
     parser.add_argument("--most", type=int, default=16, help="test frames at the most")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     try:
         items = choose(load_items(args.data, "test"), args.most)
     except ValueError as error:
@@ -86,7 +85,3 @@ def main() -> int:
     if args.out:
         args.out.write_text(json.dumps(figures, indent=1) + "\n")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

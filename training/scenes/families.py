@@ -10,40 +10,39 @@ from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING
 
-from .obstacles import NOTHING, SHAPES, Obstacle
+from .bodies import NOTHING, SHAPES, Body
 from .scene import Scene, Streamlet, side_direction
 
-LENGTH = (0.05, 0.25)
-RADIUS = (0.005, 0.050)
-SPEED = (0.5, 5.0)
+STREAMLET_LENGTH = (0.05, 0.25)
+STREAMLET_RADIUS = (0.005, 0.050)
+STREAMLET_SPEED = (0.5, 5.0)
 """Ranges of a streamlet's length (m), radius (m) and speed (m/s): the paper's."""
 
-SLENDER = (0.005, 0.030)
+SLENDER_RADIUS = (0.005, 0.030)
 """Range of the radius where several streamlets, or a streamlet and a pool, share a scene, m."""
 
-BODY = (0.015, 0.080)
-"""Range of the obstacle's radius or half edge, metres (the paper gives none)."""
+BODY_SIZE = (0.015, 0.080)
+"""Range of the body's radius or half edge, metres (the paper gives none)."""
 
 TILT_DEG = 60.0
 """Largest angle between a streamlet and the vertical."""
 
-LATER = 0.03
-"""Seconds that a second streamlet may arrive after the first, and at most LATER_WAY metres."""
-LATER_WAY = 0.1
+LONGEST_DELAY, LONGEST_DELAY_WAY = 0.03, 0.1
+"""Seconds, and metres of flight, by which other streamlets may arrive after the first."""
 
 POOL_RADIUS = (0.05, 0.12)
 POOL_DEPTH = (0.005, 0.012)
 FLOOR = 0.3
 """Half edge of the cube under a pool, metres: its top is a floor as wide as the box."""
 
-GAP = 1.5
-"""Cells between a streamlet's tip and what it will hit at the start."""
+START_GAP = 1.5
+"""Cells at the start between a streamlet's tip and what it will hit."""
 
-CORE = 0.4
+HIT_SHARE = 0.4
 """Share of the streamlet's radius that must hit the body; a mere graze makes no splash."""
 
 APPROACH = 0.5
-"""Metres before the obstacle's middle at which the search for the impact begins."""
+"""Metres before the body's middle at which the search for the impact begins."""
 
 
 def random_scene(seed: int, resolution: int = LOCAL_CELLS, family: str | None = None) -> Scene:
@@ -51,7 +50,7 @@ def random_scene(seed: int, resolution: int = LOCAL_CELLS, family: str | None = 
 
     The box has twice the local box's side and the impact lies at its middle. A coarser
     resolution widens the thinnest streamlets (radii are at least 1.5 cells) and the gap before
-    the obstacle. family : one of FAMILIES; None draws one by its weight.
+    the body. family : one of FAMILIES; None draws one by its weight.
     """
     rng = np.random.default_rng(seed)
     spacing = LOCAL_SPACING * LOCAL_CELLS / resolution
@@ -63,27 +62,27 @@ def random_scene(seed: int, resolution: int = LOCAL_CELLS, family: str | None = 
     return scene.shifted(np.full(3, resolution * spacing))
 
 
-Parts = tuple[tuple[Streamlet, ...], Obstacle, float]
-"""Streamlets, obstacle and time of the first impact; the impact is at the origin."""
+Parts = tuple[tuple[Streamlet, ...], Body, float]
+"""Streamlets, body and time of the first impact; the impact is at the origin."""
 
 
 def one_streamlet(rng: np.random.Generator, spacing: float) -> Parts:
     """Return the paper's scene: one streamlet, one solid of random size, turn and offset."""
     body = random_body(rng)
-    streamlet = aimed(draw_streamlet(rng, spacing, RADIUS), body, rng, spacing)
+    streamlet = aimed(draw_streamlet(rng, spacing, STREAMLET_RADIUS), body, rng, spacing)
     there = -streamlet.tip
-    return (streamlet.shifted(there),), body.shifted(there), GAP * spacing / streamlet.speed
+    return (streamlet.shifted(there),), body.shifted(there), START_GAP * spacing / streamlet.speed
 
 
 def several_streamlets(rng: np.random.Generator, spacing: float) -> Parts:
-    """Return two or three streamlets at one solid, up to LATER seconds apart."""
+    """Return two or three streamlets at one solid, up to LONGEST_DELAY seconds apart."""
     body = random_body(rng)
-    first = aimed(draw_streamlet(rng, spacing, SLENDER), body, rng, spacing)
+    first = aimed(draw_streamlet(rng, spacing, SLENDER_RADIUS), body, rng, spacing)
     streamlets = [first]
     wanted = int(rng.integers(2, 4))
     for _ in range(40):
-        other = aimed(draw_streamlet(rng, spacing, SLENDER), body, rng, spacing)
-        wait = min(rng.uniform(0, LATER) * other.speed, LATER_WAY)
+        other = aimed(draw_streamlet(rng, spacing, SLENDER_RADIUS), body, rng, spacing)
+        wait = min(rng.uniform(0, LONGEST_DELAY) * other.speed, LONGEST_DELAY_WAY)
         other = other.shifted(-wait * other.direction)
         if not any(overlap(other, s, 2 * spacing) for s in streamlets):
             streamlets.append(other)
@@ -91,12 +90,12 @@ def several_streamlets(rng: np.random.Generator, spacing: float) -> Parts:
             break
     there = -first.tip
     shifted = tuple(s.shifted(there) for s in streamlets)
-    return shifted, body.shifted(there), GAP * spacing / first.speed
+    return shifted, body.shifted(there), START_GAP * spacing / first.speed
 
 
 def free_jets(rng: np.random.Generator, spacing: float) -> Parts:
     """Return two streamlets that meet in the air, at 60 to 180 degrees."""
-    first, second = (draw_streamlet(rng, spacing, SLENDER) for _ in range(2))
+    first, second = (draw_streamlet(rng, spacing, SLENDER_RADIUS) for _ in range(2))
     turn = rng.uniform(np.pi / 3, np.pi)
     flight = first.direction
     across = side_direction(flight, rng.uniform(0, 2 * np.pi))
@@ -108,15 +107,15 @@ def free_jets(rng: np.random.Generator, spacing: float) -> Parts:
         np.cos(turn) * flight + np.sin(turn) * across,
     )
     step = 0.25 * min(first.radius, second.radius)
-    while overlap(first, second, GAP * spacing / 2):
+    while overlap(first, second, START_GAP * spacing / 2):
         first = first.shifted(-step * first.direction)
         second = second.shifted(-step * second.direction)
-    return (first, second), NOTHING, GAP * spacing / (first.speed + second.speed)
+    return (first, second), NOTHING, START_GAP * spacing / (first.speed + second.speed)
 
 
 def into_pool(rng: np.random.Generator, spacing: float) -> Parts:
     """Return a streamlet that falls into a shallow pool on a floor: a crown."""
-    streamlet = draw_streamlet(rng, spacing, SLENDER)
+    streamlet = draw_streamlet(rng, spacing, SLENDER_RADIUS)
     radius = float(rng.uniform(*POOL_RADIUS))
     depth = max(float(rng.uniform(*POOL_DEPTH)), 2 * spacing)
     away = 0.4 * radius * np.sqrt(rng.random())
@@ -125,11 +124,11 @@ def into_pool(rng: np.random.Generator, spacing: float) -> Parts:
     surface = np.array([away * np.cos(angle), away * np.sin(angle), 0.0])
     up = np.array([0.0, 0.0, 1.0])
     pool = Streamlet(depth, radius, 0.0, surface, up)
-    floor = Obstacle("cube", FLOOR, FLOOR, np.array([0, 0, -FLOOR - depth]), np.eye(3))
-    slope = np.sqrt(1 - streamlet.direction[2] ** 2)
-    height = GAP * spacing + streamlet.radius * slope  # of the tip's middle; its rim is lower
+    floor = Body("cube", FLOOR, FLOOR, np.array([0, 0, -FLOOR - depth]), np.eye(3))
+    sine = np.sqrt(1 - streamlet.direction[2] ** 2)
+    height = START_GAP * spacing + streamlet.radius * sine  # of the tip's middle; its rim is lower
     streamlet = streamlet.shifted(streamlet.direction / streamlet.direction[2] * height)
-    return (streamlet, pool), floor, GAP * spacing / streamlet.speed
+    return (streamlet, pool), floor, START_GAP * spacing / streamlet.speed
 
 
 FAMILIES: dict[str, tuple[Callable[[np.random.Generator, float], Parts], float]] = {
@@ -145,31 +144,31 @@ def draw_streamlet(
     rng: np.random.Generator, spacing: float, radii: tuple[float, float]
 ) -> Streamlet:
     """Return a random streamlet that ends at the origin, within TILT_DEG of straight down."""
-    length, radius, speed = (float(rng.uniform(*limits)) for limits in (LENGTH, radii, SPEED))
+    length, radius, speed = (
+        float(rng.uniform(*limits)) for limits in (STREAMLET_LENGTH, radii, STREAMLET_SPEED)
+    )
     tilt = np.radians(TILT_DEG) * np.sqrt(rng.random())
     turn = rng.uniform(0, 2 * np.pi)
     direction = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
     return Streamlet(length, max(radius, 1.5 * spacing), speed, np.zeros(3), direction)
 
 
-def random_body(rng: np.random.Generator) -> Obstacle:
+def random_body(rng: np.random.Generator) -> Body:
     """Return a random solid around the origin."""
     shape = SHAPES[rng.integers(len(SHAPES))]
-    size, height = (float(rng.uniform(*BODY)) for _ in range(2))
-    return Obstacle(shape, size, height, np.zeros(3), Rotation.random(random_state=rng).as_matrix())
+    size, height = (float(rng.uniform(*BODY_SIZE)) for _ in range(2))
+    return Body(shape, size, height, np.zeros(3), Rotation.random(random_state=rng).as_matrix())
 
 
-def aimed(
-    streamlet: Streamlet, body: Obstacle, rng: np.random.Generator, spacing: float
-) -> Streamlet:
-    """Return the streamlet at GAP cells before it hits ``body``, off its middle at random."""
-    while True:  # a draw that misses the body is no scene
+def aimed(streamlet: Streamlet, body: Body, rng: np.random.Generator, spacing: float) -> Streamlet:
+    """Return the streamlet START_GAP cells before it hits ``body``, randomly off its middle."""
+    while True:  # draws that miss the body are no scenes
         side = side_direction(streamlet.direction, rng.uniform(0, 2 * np.pi))
         offset = side * (body.size + streamlet.radius) * np.sqrt(rng.random())
         target, direction, radius = body.centre + offset, streamlet.direction, streamlet.radius
-        if touching_tip(body, target, direction, CORE * radius, 0.1 * spacing) is None:
+        if touching_tip(body, target, direction, HIT_SHARE * radius, 0.1 * spacing) is None:
             continue
-        tip = touching_tip(body, target, direction, radius, GAP * spacing)
+        tip = touching_tip(body, target, direction, radius, START_GAP * spacing)
         if tip is not None:
             return streamlet.shifted(tip - streamlet.tip)
 
@@ -182,7 +181,7 @@ def overlap(first: Streamlet, second: Streamlet, margin: float) -> bool:
 
 
 def touching_tip(
-    body: Obstacle, target: np.ndarray, direction: np.ndarray, radius: float, gap: float
+    body: Body, target: np.ndarray, direction: np.ndarray, radius: float, gap: float
 ) -> np.ndarray | None:
     """Return where the front's centre is when it first comes within ``gap`` of the body.
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.sheets import PARTICLE_SPACING
+from liquid_splash_addon.core.fluid.step import Liquid, Physics, World
 
-from .obstacles import Obstacle, load_obstacle
+from .bodies import Body, load_body
 
-JITTER = 0.02
+START_JITTER = 0.02
 """Largest displacement of a particle along each axis at the start, cells."""
 
 GOLDEN = (3 - np.sqrt(5)) / 2
@@ -52,9 +53,9 @@ class Streamlet:
     def fill(self, spacing: float, rng: np.random.Generator) -> Particles:
         """Return its particles, in cells of ``spacing`` metres.
 
-        They lie on rings around the axis, whose turns are random and go on by the golden angle
-        from layer to layer: even where a jittered lattice would have clumps at the grid's
-        scale, from which sheets tear at random.
+        They lie on rings around the axis, turned by a random angle in the first layer and by the
+        golden angle from layer to layer: evenly, where a jittered lattice would have clumps at the
+        grid's scale, from which sheets tear at random.
         """
         radius, length = self.radius / spacing, self.length / spacing
         rings = max(round(radius / PARTICLE_SPACING), 1)
@@ -71,7 +72,7 @@ class Streamlet:
             circle = across * (np.cos(angle)[..., None] * first + np.sin(angle)[..., None] * second)
             positions.append((circle - depth[:, None, None] * self.direction).reshape(-1, 3))
         points = np.concatenate(positions) + self.tip / spacing
-        points += rng.uniform(-JITTER, JITTER, points.shape)
+        points += rng.uniform(-START_JITTER, START_JITTER, points.shape)
         volume = np.pi * radius**2 * length / len(points)
         return Particles.moving(points, self.direction * self.speed / spacing, volume)
 
@@ -86,7 +87,7 @@ class Scene:
     family : what kind of scene, see ``families``
     cells, spacing : cells along each side of the box; edge of a cell, metres
     streamlets : at least one; a pool is one at rest
-    obstacle : in metres
+    obstacle : the solid, in metres
     impact : seconds from the start until the liquid first meets the solid or other liquid
     """
 
@@ -95,16 +96,16 @@ class Scene:
     cells: int
     spacing: float
     streamlets: tuple[Streamlet, ...]
-    obstacle: Obstacle
+    obstacle: Body
     impact: float
 
     @classmethod
     def of(cls, parameters: dict[str, Any]) -> Scene:
-        """Return the scene that :meth:`parameters` (and perhaps more) describes."""
+        """Return the scene that ``parameters``, see :meth:`parameters`, describe."""
         known = {field.name: parameters[field.name] for field in fields(cls)}
         arrays = ({k: _to_array(v) for k, v in s.items()} for s in parameters["streamlets"])
         streamlets = tuple(Streamlet(**s) for s in arrays)
-        obstacle = load_obstacle(parameters["obstacle"])
+        obstacle = load_body(parameters["obstacle"])
         return cls(**{**known, "streamlets": streamlets, "obstacle": obstacle})
 
     def shifted(self, by: np.ndarray) -> Scene:
@@ -116,12 +117,21 @@ class Scene:
         )
 
     def fill(self, jitter_seed: int = 0) -> Particles:
-        """Return the particles at the start; another ``jitter_seed`` makes a twin."""
+        """Return the particles at the start; ``jitter_seed`` : see :meth:`liquid`."""
         rng = np.random.default_rng([self.seed, jitter_seed])
         return Particles.joined(*(s.fill(self.spacing, rng) for s in self.streamlets))
 
+    def liquid(self, jitter_seed: int = 0) -> Liquid:
+        """Return the liquid at its start; another ``jitter_seed`` makes a twin of it."""
+        return Liquid.at_start(self.fill(jitter_seed))
+
+    def world(self, physics: Physics | None = None) -> World:
+        """Return what the liquid moves in, in cells; physics : None for the default."""
+        solid = self.obstacle.scaled(1 / self.spacing)
+        return World.of_water(self.spacing, self.cells, solid, physics)
+
     def parameters(self) -> dict[str, Any]:
-        """Return what made the scene, for JSON."""
+        """Return all that describes the scene, for JSON."""
         return dict(to_plain(asdict(self)))
 
 

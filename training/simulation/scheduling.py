@@ -12,9 +12,10 @@ from threading import Thread
 from typing import Any
 
 Result = tuple[int, bytes | None, str]
-"""A seed, what the function returned for it, and else what went wrong."""
+"""A seed, what the function returned for it (None if it failed), and what went wrong."""
 
 Work = Callable[..., bytes]
+"""A function of a seed and further arguments."""
 
 
 class SchedulingError(RuntimeError):
@@ -24,7 +25,7 @@ class SchedulingError(RuntimeError):
 def run_everywhere(
     work: Work, seeds: Sequence[int], rest: tuple[Any, ...], workers: int, scheduler: str | None
 ) -> Iterator[Result]:
-    """Yield ``work(seed, *rest)`` for each of ``seeds``, once each, as they are done.
+    """Yield ``work(seed, *rest)`` for each of ``seeds``, once each, in the order in which they end.
 
     workers : processes on this machine; scheduler : address of a Dask scheduler to use instead.
     Raises SchedulingError where workers or scheduler are lost.
@@ -54,7 +55,7 @@ def run_here(
 
 
 def end_with_parent() -> None:
-    """Let this process end when its parent does: killed, that one cannot say so itself."""
+    """Let this process end when its parent does; one that is killed cannot tell its children."""
     parent = parent_process()
     if parent is not None:
 
@@ -70,7 +71,7 @@ def run_on_dask(
 ) -> Iterator[Result]:
     """Yield the results of a Dask cluster, see :func:`run_everywhere`.
 
-    Dask gives the work of a worker that dies to another.
+    Dask passes the work of a worker that dies on to another.
     """
     try:
         from distributed import Client
@@ -91,7 +92,7 @@ def run_on_dask(
 
 
 def outcome(seed: int, future: Any) -> Result:
-    """Return what became of one seed; a broken pool is not the seed's fault."""
+    """Return the result of one seed; a broken pool is raised, for it is not the seed's fault."""
     try:
         return seed, future.result(), ""
     except BrokenProcessPool:

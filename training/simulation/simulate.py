@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulate random scenes and keep their representative frames.
 
-    python -m training.simulate --scenes 1000 --out DATA
+    python -m training simulate --scenes 1000 --out DATA
 
 Scenes that are already in DATA are left alone, so a stopped run goes on where it was. With
 ``--split test`` only the scenes of that split are simulated: what an evaluation needs.
@@ -12,32 +12,33 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from liquid_splash_addon.core.fluid.step import Liquid, Physics, World, advance
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 
-from ..data.dataset import SPLITS, split_of
+from ..command_line import command_parser
 from ..data.frames import StoredFrame, pack_scene, scene_path, write_whole
+from ..data.items import SPLITS, split_of
 from ..data.sketching import FEWEST_LINES, STROKES_IN_TESTS, draw_strokes, trace_frame
 from ..scenes.families import FAMILIES, random_scene
 from ..scenes.scene import Scene
 from .scheduling import SchedulingError, run_everywhere
 from .snapshot import take_frame
-from .stepping import Liquid, Physics, World, advance, initial_liquid
 
-FIRST, LAST = 0.05, 0.5
+FIRST_LOOK, LAST_LOOK = 0.05, 0.5
 """Seconds after impact between which frames are kept (paper, 4.2.1)."""
 
-SHORTEST_WAIT, WAIT = 0.008, 0.1
-"""Seconds between the moments looked at: at least the first, and this share of the time since
-impact. Fast splashes are over soon, slow ones change slowly."""
+SHORTEST_WAIT, WAIT_SHARE = 0.008, 0.1
+"""Time between looks: at least so many seconds, and at least this share of the time since impact.
+Fast splashes are over soon, slow ones change slowly."""
 
-NEW = 0.75
+NEW_FRAME = 0.75
 """A frame is kept if the IoU of its cells with those of the last one kept is below this."""
 
 MOST_FRAMES = 16
@@ -51,15 +52,15 @@ GIVE_UP = 0.77
 
 def looks() -> Iterator[float]:
     """Yield the moments, seconds after impact, at which a frame may be taken."""
-    time = FIRST
-    while time <= LAST:
+    time = FIRST_LOOK
+    while time <= LAST_LOOK:
         yield time
-        time += max(SHORTEST_WAIT, WAIT * time)
+        time += max(SHORTEST_WAIT, WAIT_SHARE * time)
 
 
 def moments(scene: Scene, world: World, jitter_seed: int = 0) -> Iterator[tuple[float, Liquid]]:
-    """Yield the moments looked at, seconds after impact, and the liquid at each."""
-    liquid = initial_liquid(scene, jitter_seed)
+    """Yield the moments of :func:`looks`, and the liquid at each; ``world`` : of the scene."""
+    liquid = scene.liquid(jitter_seed)
     for time in looks():
         liquid = advance(liquid, world, scene.impact + time)
         yield time, liquid
@@ -76,14 +77,14 @@ def simulate(
     stored_spacing : cell of the frames, metres; None for the simulation's.
     """
     stored_spacing = stored_spacing or scene.spacing
-    world = World.of(scene, physics)
+    world = scene.world(physics)
     kept: np.ndarray | None = None
     count = 0
     for time, liquid in moments(scene, world, jitter_seed):
         if count == MOST_FRAMES or share_in_own_box(liquid, scene.spacing) < GIVE_UP:
             return
         occupied = occupied_cells(liquid, scene.spacing / stored_spacing)
-        if kept is not None and overlap(kept, occupied) >= NEW:
+        if kept is not None and overlap(kept, occupied) >= NEW_FRAME:
             continue
         frame = take_frame(liquid, world, scene.spacing, stored_spacing, time)
         if share_in_sketch_box(liquid, scene, frame, stored_spacing) >= LEAST_INSIDE:
@@ -92,7 +93,10 @@ def simulate(
 
 
 def occupied_cells(liquid: Liquid, scale: float) -> np.ndarray:
-    """Return the sorted numbers of the cells that hold particles; ``scale`` cells to a cell."""
+    """Return the sorted numbers of the cells that hold particles.
+
+    scale : cells counted for each cell of the simulation, along an axis
+    """
     cells = (liquid.particles.positions * scale).astype(np.int64)
     return np.unique((cells[:, 0] << 40) + (cells[:, 1] << 20) + cells[:, 2])
 
@@ -104,7 +108,7 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def share_in_own_box(liquid: Liquid, spacing: float) -> float:
-    """Return the share of the emitted liquid in a local box along the liquid's own axes."""
+    """Share of the emitted liquid in a local box along the liquid's own axes."""
     volumes = liquid.particles.volumes
     if len(volumes) < 4:
         return 0.0
@@ -118,7 +122,7 @@ def share_in_own_box(liquid: Liquid, spacing: float) -> float:
 def share_in_sketch_box(
     liquid: Liquid, scene: Scene, frame: StoredFrame, stored_spacing: float
 ) -> float:
-    """Return the share of the emitted liquid in the local box of a sketch of the frame."""
+    """Share of the emitted liquid in the local box of a sketch of the frame."""
     rng = np.random.default_rng(scene.seed)
     lines = trace_frame(frame, stored_spacing, rng, plain=True)
     if len(lines) < FEWEST_LINES:
@@ -137,11 +141,9 @@ def simulate_scene(seed: int, resolution: int, store: int, family: str | None = 
     return pack_scene({**scene.parameters(), "stored_spacing": stored_spacing}, frames)
 
 
-def read_arguments() -> argparse.Namespace:
-    """Return the command line's arguments; ends the program where they make no sense."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+def read_arguments(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the options; ends the program where they make no sense."""
+    parser = command_parser("simulate", __doc__)
     parser.add_argument("--scenes", type=int, required=True, help="how many seeds, all splits")
     parser.add_argument("--out", type=Path, required=True, help="directory of the data set")
     parser.add_argument("--first", type=int, default=0, help="seed of the first scene")
@@ -157,7 +159,7 @@ def read_arguments() -> argparse.Namespace:
         "--workers", type=int, default=os.cpu_count() or 1, help="processes (one a core)"
     )
     parser.add_argument("--scheduler", help="address of a Dask scheduler, tcp://host:port")
-    args = parser.parse_args()
+    args = parser.parse_args(arguments)
     args.store = args.store or args.resolution
     if args.scenes < 1 or args.workers < 1 or args.first < 0:
         parser.error("--scenes and --workers must be at least 1, --first at least 0")
@@ -166,9 +168,9 @@ def read_arguments() -> argparse.Namespace:
     return args
 
 
-def main() -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command."""
-    args = read_arguments()
+    args = read_arguments(arguments)
     try:
         args.out.mkdir(parents=True, exist_ok=True)
         return run_all(args)
@@ -210,7 +212,3 @@ def run_all(args: argparse.Namespace) -> int:
     for seed, error in failed.items():
         print(f"scene {seed} failed: {error}", file=sys.stderr)
     return 1 if failed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -7,16 +7,16 @@ import numpy as np
 from scipy import ndimage
 
 from liquid_splash_addon.core.fluid.particles import Particles
+from liquid_splash_addon.core.fluid.step import Liquid, World, flow
 from liquid_splash_addon.core.fluid.surface import DISTANCE_BAND, particle_level, redistance
 from liquid_splash_addon.core.fluid.transfer import sample
 
 from ..data.frames import StoredFrame, near_blocks, pack_distance, pack_velocity
-from .stepping import Liquid, World, flow
 
-DROPLET = 1.0
-"""Cells^3 of the stored grid: a connected piece of liquid with less is a droplet, not a surface."""
+SMALLEST_SURFACE = 1.0
+"""Cells^3 of the stored grid: a connected piece of liquid with less is stored as a droplet."""
 
-MARGIN = int(DISTANCE_BAND) + 2
+FRAME_MARGIN = int(DISTANCE_BAND) + 2
 """Cells of air around the liquid in a frame, and layers of air cells with a velocity."""
 
 
@@ -30,12 +30,12 @@ def take_frame(
     scale = spacing / stored_spacing
     positions = liquid.particles.positions * np.float32(scale)
     volumes = liquid.particles.volumes * np.float32(scale**3)
-    start = np.floor(positions.min(axis=0)).astype(int) - MARGIN
-    shape = np.ceil(positions.max(axis=0)).astype(int) + MARGIN - start
+    start = np.floor(positions.min(axis=0)).astype(int) - FRAME_MARGIN
+    shape = np.ceil(positions.max(axis=0)).astype(int) + FRAME_MARGIN - start
     x, y, z = (int(n + n % 2) for n in shape)
     level = particle_level(positions, volumes, start, (x, y, z))
     pieces = find_pieces(level, positions - start)
-    spray = np.bincount(pieces, volumes)[pieces] < DROPLET
+    spray = np.bincount(pieces, volumes)[pieces] < SMALLEST_SURFACE
     if spray.any():
         level = particle_level(positions[~spray], volumes[~spray], start, (x, y, z))
     codes = pack_distance(redistance(level))
@@ -81,6 +81,6 @@ def block_velocity(
 
     scale : stored cells a cell of the simulation, at most 1.
     """
-    current = flow(particles, world, kick=0.0, layers=int(np.ceil(MARGIN / scale)))
+    current = flow(particles, world, kick=0.0, layers=int(np.ceil(FRAME_MARGIN / scale)))
     middles = (np.argwhere(near_blocks(codes)) * 2 + 1 + start) / scale
     return sample(middles.astype(np.float32), current.cells, current.after)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays of bfloat16 read by compiled loops, which know no such numbers."""
+"""Arrays of bfloat16 for compiled loops, which have no such type."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from torch import Tensor
 def bits(x: Tensor) -> tuple[np.ndarray, np.uint32]:
     """Return the bits of ``x``, contiguous, and how far to shift them for those of its float32.
 
-    A bfloat16 is the upper half of a float32. So a loop widens it where it needs it, and no copy
-    of all of it is made, which would take as long as the loop. Other types are made float32.
+    A bfloat16 is the upper half of a float32, so a loop widens each value as it reads it: a copy of
+    the whole array would take as long as the loop. Other types are converted to float32.
     """
     if x.dtype == torch.bfloat16:
         return x.contiguous().view(torch.int16).numpy().view(np.uint16), np.uint32(16)

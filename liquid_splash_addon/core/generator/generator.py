@@ -21,14 +21,14 @@ from .precision import prepare
 from .sparse import SparseCondition, closeness, halved
 from .splash_unet import Draft, NetworkConfig, SplashNetwork
 
-FAINT = 0.01
-"""Probability of liquid under which a draft's cell needs no detail."""
+FAINT_LIQUID = 0.01
+"""Probability of liquid in a draft's cell up to which it needs no detail."""
 
-MARGIN = 6
-"""Draft cells around those that need detail in which it is worked out too; beyond is air. Against
-working out the whole box, no occupied cell of the bundled sketches' splashes changes."""
+DETAIL_MARGIN = 6
+"""Draft cells around those that need detail for which it is computed too; beyond is air. Compared
+with computing the whole box, no occupied cell of the bundled sketches' splashes changes."""
 
-MULTIPLE = {False: 16, True: 32}
+GRID_MULTIPLE = {False: 16, True: 32}
 """Cells that a side must be a multiple of, for a draft and at full resolution."""
 
 
@@ -37,12 +37,12 @@ class Generator:
 
     Attributes
     ----------
-    header : what training wrote beside the weights (see ``weights``)
+    header : what training wrote beside the weights (see ``weights_file``)
     weights_hash : SHA-256 of the weights' tensors, hexadecimal
     device : where it runs, a torch device name
     precision : number format it runs in, a key of ``precision.PRECISIONS``
-    classifier : judges the patches of the sketches that the network is shown; None where the
-        network is shown conditions that were made elsewhere
+    classifier : tells which patches of a sketch lie in liquid; None where the network is given
+        conditions that were made elsewhere
     """
 
     def __init__(
@@ -89,19 +89,19 @@ class Generator:
 
         Cells larger than 1.5 times the local grid's are a draft's: the first network alone.
 
-        condition : of ``voxels.voxelize`` on the grid, whose sides are multiples of 32, of 16
+        condition : of ``voxelize`` on the grid, whose sides are multiples of 32, of 16
         in a draft.
         latent : float32 ``(L, l, l, l)`` of ``latent.draw_latent``; None is the deterministic
         answer.
-        obstacle : signed distance in cells ``(X, Y, Z)``; the liquid takes notice of it, but
-        may reach into it.
+        obstacle : signed distance in cells ``(X, Y, Z)``; the liquid avoids it, but may reach
+        into it.
 
         Raises ValueError for a shape that does not fit.
         """
         fine = grid.spacing < 1.5 * LOCAL_SPACING
-        if any(n % MULTIPLE[fine] for n in condition.shape):
+        if any(n % GRID_MULTIPLE[fine] for n in condition.shape):
             raise ValueError(
-                f"the grid must be a multiple of {MULTIPLE[fine]} cells, not {condition.shape}"
+                f"the grid must be a multiple of {GRID_MULTIPLE[fine]} cells, not {condition.shape}"
             )
         if obstacle is not None and obstacle.shape != condition.shape:
             raise ValueError(f"the obstacle's grid {obstacle.shape} is not {condition.shape}")
@@ -138,7 +138,7 @@ class Generator:
         strokes = halved(crossed)
         near = None if near is None else F.avg_pool3d(near, 2)
         draft = self.network.draft(strokes, latent, near)
-        wanted = torch.sigmoid(draft.output[0, 0]) > FAINT
+        wanted = torch.sigmoid(draft.output[0, 0]) > FAINT_LIQUID
         wanted[strokes.where[strokes.values[:, 0] > 0][:, 1:].unbind(1)] = True
         box = bounding_box(wanted)
         part = Draft(take(draft.output, box), take(draft.features, grown(box, 0.5)))
@@ -148,15 +148,15 @@ class Generator:
 
 
 def bounding_box(wanted: Tensor) -> tuple[slice, ...]:
-    """Return slices of the box around the cells that are true, MARGIN wider, of even bounds.
+    """Return slices of the box around the cells that are true, DETAIL_MARGIN wider, of even bounds.
 
     wanted : bool ``(x, y, z)``; where none is true, the box lies in the middle.
     """
     cells = wanted.nonzero()
     if not len(cells):
         cells = torch.tensor([wanted.shape], device=wanted.device) // 2
-    low = (cells.min(0).values - MARGIN).clamp_min(0) // 2 * 2
-    high = (cells.max(0).values + 1 + MARGIN + 1) // 2 * 2
+    low = (cells.min(0).values - DETAIL_MARGIN).clamp_min(0) // 2 * 2
+    high = (cells.max(0).values + 1 + DETAIL_MARGIN + 1) // 2 * 2
     bounds = zip(low.tolist(), high.tolist(), wanted.shape, strict=True)
     return tuple(slice(a, min(b, n)) for a, b, n in bounds)
 

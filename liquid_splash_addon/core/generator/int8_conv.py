@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Convolutions in integers of eight bits, on processors.
+"""Convolutions in eight-bit integers, on processors.
 
 With instructions for it (VNNI) they take half the time of bfloat16 and a quarter of that of
 float32; with AVX2 alone a third of the latter.
@@ -23,10 +23,10 @@ SMALL_JOB = 1 << 16
 """Values below which threads cost more than they gain."""
 
 CHUNK = 1024
-"""Values that are widened at a time: they stay in the processor's nearest memory."""
+"""Values that are widened at a time: they stay in the processor's first-level cache."""
 
 LARGE_KERNEL = 27
-"""Cells of a kernel from which it is worth it: for 2^3, rounding the input takes longer."""
+"""Kernel cells from which on eight bits pay: for 2^3, rounding the input takes longer."""
 
 
 def input_steps() -> int:
@@ -54,7 +54,7 @@ class QuantizedConvolution(nn.Module):
         rounded = (weight / self.scales[:, None, None, None, None]).round().to(torch.int8)
         self.geometry: list[Any] = [list(layer.stride), list(layer.padding), list(layer.dilation)]
         self.geometry.append(layer.groups)
-        # The input's scale and zero point are not known yet; they are given again at every call.
+        # The input's scale and zero point are not known yet; they are passed at every call.
         pack = torch.ops.onednn.qconv_prepack
         self.weight = pack(rounded, self.scales, 1.0, 0, *self.geometry, None)
         self.convolve = torch.ops.onednn.qconv3d_pointwise

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The generator's latent: what makes a splash of one seed another than that of the next."""
+"""The generator's latent, by which splashes of different seeds differ."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def latent_shape(config: NetworkConfig) -> tuple[int, int, int, int]:
 
 
 def whole_channels(config: NetworkConfig) -> int:
-    """Return how many channels, the first, hold one number for the whole splash.
+    """Return how many channels, the first ones, hold one number for the whole splash.
 
-    The others hold one for each part of it: of thousands of numbers, the best of a few draws
-    (IMLE) is hardly better than any, and nothing would be learned.
+    The others hold one for each part of it. With thousands of free numbers, the best of a few draws
+    (IMLE) is hardly better than any other, and nothing would be learned.
     """
     return max(config.latent_channels // 2, 1)
 
@@ -28,8 +28,8 @@ def whole_channels(config: NetworkConfig) -> int:
 def draw_latent(config: NetworkConfig, seed: int, variation: float) -> np.ndarray | None:
     """Return the latent of ``seed``, float32 ``(L, l, l, l)``, of variance 1 times ``variation``^2.
 
-    The lattice spans the local box, whatever the resolution, device or crop. Seeds next to each
-    other are unlike: see :func:`opposites`. Variation 0 gives None, the deterministic answer.
+    The lattice spans the local box, whatever the resolution, device or crop. Consecutive
+    seeds are unlike: see :func:`opposites`. Variation 0 gives None, the deterministic answer.
     """
     if variation == 0:
         return None
@@ -44,9 +44,8 @@ def draw_latent(config: NetworkConfig, seed: int, variation: float) -> np.ndarra
 def opposites(rng: np.random.Generator, dimensions: int) -> np.ndarray:
     """Return ``(2 n, n)`` points as far apart as they can be on the sphere of radius sqrt(n).
 
-    A cross-polytope in a random position. Each point is as likely as any other of the sphere, as
-    if it were drawn by itself, but of 2 n drawn by themselves some would be much alike, and the
-    best of them farther from what is wanted.
+    A cross-polytope in a random orientation. Each point by itself is uniform on the sphere; but of
+    2 n independent ones some would be much alike, and the best of them farther from the target.
     """
     turn, _ = np.linalg.qr(rng.standard_normal((dimensions, dimensions)))
     return np.sqrt(dimensions) * np.concatenate([turn.T, -turn.T])
@@ -58,7 +57,7 @@ def set_whole(latent: np.ndarray, numbers: np.ndarray) -> None:
 
 
 def candidates(config: NetworkConfig, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return latents as ``count`` seeds in a row may have them, float32 ``(count, L, l, l, l)``."""
+    """Return latents as ``count`` consecutive seeds have them, float32 ``(count, L, l, l, l)``."""
     whole = whole_channels(config)
     groups = [opposites(rng, whole) for _ in range(-(-count // (2 * whole)))]
     latents = rng.standard_normal((count, *latent_shape(config)), dtype=np.float32)

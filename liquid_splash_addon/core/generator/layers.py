@@ -8,14 +8,14 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 CHANNEL_MULTIPLE = 8
-"""Channels that a processor's float32 kernels take at a time. Five took six times as long as
-eight, of which three are zero."""
+"""Channels that a processor's float32 kernels take at a time. Five took six times as long as eight
+of which three are zero."""
 
 
 class Convolution(nn.Conv3d):
-    """A 3D convolution that in use, in float32 on a processor, takes the form that is fast there.
+    """A 3D convolution that for inference in float32 on a processor takes its fastest form.
 
-    One of 1^3 cells is a matrix product, which takes half the time if it is told so.
+    One of 1^3 cells is a matrix product, which takes half the time when it is computed as one.
     """
 
     def forward(self, x: Tensor, more: Tensor | None = None) -> Tensor:
@@ -47,13 +47,13 @@ def convolution(inputs: int, outputs: int, size: int, stride: int = 1) -> nn.Con
 
 
 def zero_initialised(layer: nn.Conv3d) -> nn.Conv3d:
-    """Return the layer with weights of zero: what it adds to has to be learned."""
+    """Return the layer with its weights set to zero: it adds nothing until it has learned to."""
     nn.init.zeros_(layer.weight)
     return layer
 
 
 def in_place_sum(total: Tensor, more: Tensor) -> Tensor:
-    """Return the sum, in use in place of ``total``: a new array's memory takes longer than it."""
+    """Return the sum; for inference in ``total`` itself, as allocating takes longer than adding."""
     if torch.is_grad_enabled() or total.dtype != more.dtype:
         return total + more
     return total.add_(more)

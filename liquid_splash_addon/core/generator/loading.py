@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A generator out of its weights, and the device that it runs on.
+"""Loading a generator from its weights, and choosing the device that it runs on.
 
-torch is imported on use only: the add-on must be able to say that it is missing.
+torch is imported only where it is used: the add-on must be able to say that it is missing.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def torch_is_installed() -> bool:
     return all(importlib.util.find_spec(name) is not None for name in ("torch", "safetensors"))
 
 
-def pick_device(wish: str) -> str:
+def pick_device(setting: str) -> str:
     """Return the torch device for a ``SplashSettings.device``; WeightsError if there is none."""
     import torch
 
@@ -39,11 +39,11 @@ def pick_device(wish: str) -> str:
         "MPS": torch.backends.mps.is_available(),
         "CPU": True,
     }
-    if wish == "AUTO":
-        wish = next(name for name, usable in found.items() if usable)
-    if not found[wish]:
-        raise WeightsError(f"torch finds no {wish} device here: set Device to Automatic or CPU")
-    return wish.lower()
+    if setting == "AUTO":
+        setting = next(name for name, usable in found.items() if usable)
+    if not found[setting]:
+        raise WeightsError(f"torch finds no {setting} device here: set Device to Automatic or CPU")
+    return setting.lower()
 
 
 def load_generator(
@@ -55,9 +55,9 @@ def load_generator(
 
     Its patch classifier is the one beside the weights, or else the bundled one.
 
-    Raises TorchMissingError, WeightsError for a file that is missing, damaged, not ours or of
-    another training than its classifier, or
-    ValueError for a precision that the device does not have (``precision.is_usable``).
+    Raises TorchMissingError; WeightsError for a file that is missing, damaged, not ours or of
+    another training than its classifier; ValueError for a precision that the device does not
+    support (``precision.is_usable``).
     """
     if not torch_is_installed():
         raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")

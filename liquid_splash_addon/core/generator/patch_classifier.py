@@ -2,8 +2,8 @@
 """Which patches of a sketch lie in liquid: a small graph network over all of them.
 
 Half of the patches between a splash's strokes are sheets of it, the others cross air. What tells
-them apart is how they lie to each other: whether one goes on where the next ends, and what the
-strokes around it do. Messages go from triangle to triangle, to the sample points and along the
+them apart is how they lie relative to each other: whether one continues the next, and what the
+strokes around them do. Messages go from triangle to triangle, to the sample points and along the
 strokes.
 """
 
@@ -39,10 +39,10 @@ from .weights_file import (
     tensors_hash,
 )
 
-LIMIT = 5.0
-"""Standard deviations that no feature is beyond."""
+FEATURE_LIMIT = 5.0
+"""Standard deviations at which features are clipped."""
 
-FORMAT = "liquid-splash-spans-1"
+CLASSIFIER_FORMAT = "liquid-splash-spans-1"
 
 FEATURES = {
     "point_features": list(POINT_FEATURES),
@@ -71,7 +71,7 @@ class GraphTensors(NamedTuple):
 
 
 def mean_and_most(x: Tensor, where: Tensor, count: int) -> Tensor:
-    """Return the mean and the greatest of the rows that go to each of ``count`` places.
+    """Return the mean and the maximum of the rows that go to each of ``count`` places.
 
     x : ``(n, C)``, none negative; where : ``(n,)``. The result is ``(count, 2 C)``, zero where
     no row goes.
@@ -151,8 +151,8 @@ class PatchClassifier(nn.Module):
         """Return the logits ``(m, 2)``."""
         points = (graph.points - self.mean_knots) / self.scale_knots
         triangles = (graph.triangles - self.mean_triangles) / self.scale_triangles
-        points = torch.relu(self.knots(points.clamp(-LIMIT, LIMIT)))
-        triangles = torch.relu(self.triangles(triangles.clamp(-LIMIT, LIMIT)))
+        points = torch.relu(self.knots(points.clamp(-FEATURE_LIMIT, FEATURE_LIMIT)))
+        triangles = torch.relu(self.triangles(triangles.clamp(-FEATURE_LIMIT, FEATURE_LIMIT)))
         for exchange in self.rounds:
             points, triangles = exchange(points, triangles, graph)
         logits: Tensor = self.head(triangles)
@@ -162,7 +162,7 @@ class PatchClassifier(nn.Module):
     def classify(self, graph: PatchGraph) -> np.ndarray:
         """Return how likely each triangle lies in liquid, and within a cell of it, ``(m, 2)``.
 
-        On one thread: its arrays are small, and threads that met at each took thrice as long.
+        On one thread: the arrays are small, and synchronising threads for each took thrice as long.
         """
         threads = torch.get_num_threads()
         torch.set_num_threads(1)
@@ -207,7 +207,7 @@ def load_patch_classifier(path: Path | None = None) -> PatchClassifier:
     path = patch_classifier_path() if path is None else path
     classifier, data = PatchClassifier(), read_file(path)
     metadata = read_metadata(data, path)
-    check_format(metadata, FORMAT, path)
+    check_format(metadata, CLASSIFIER_FORMAT, path)
     check_names(metadata, FEATURES, path)
     try:
         tensors = load(data)
@@ -232,4 +232,4 @@ def save_patch_classifier(
 
     tensors = {k: v.to(torch.float16).contiguous() for k, v in classifier.state_dict().items()}
     about = json.dumps({**header, **FEATURES})
-    save_file(tensors, path, {"format": FORMAT, "header": about})
+    save_file(tensors, path, {"format": CLASSIFIER_FORMAT, "header": about})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A 3D pixel shuffle: eight channels of a cell become its eight halves."""
+"""A 3D pixel shuffle: eight channels of a cell become its eight octants."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ def pixel_shuffle(x: Tensor, base: Tensor | None = None) -> Tensor:
 
 
 def shuffled_onto(x: Tensor, base: Tensor | None) -> Tensor:
-    """Return what :func:`pixel_shuffle` does, in float32 and in one pass.
+    """Do what :func:`pixel_shuffle` does, in float32 and in one pass.
 
-    The network's result is its largest array: torch's general sum took as long for it as the
-    largest convolution.
+    The network's result is its largest array: torch's general sum of it took as long as the largest
+    convolution.
     """
     batch, channels, *shape = len(x), x.shape[1] // 8, *x.shape[2:]
     if base is None:
         base = x.new_zeros((batch, channels, *shape), dtype=torch.float32)
-    # NumPy asks for huge pages, torch does not: fresh memory took longer than what is written.
+    # NumPy asks for huge pages, torch does not: getting its memory took longer than writing to it.
     result = np.empty((batch, channels, *(2 * n for n in shape)), dtype=np.float32)
     cells, shift = bits(x.permute(0, 2, 3, 4, 1))
     under = base.contiguous().numpy()
     for number in range(batch):
         parts = (cells[number], shift, under[number], result[number])
-        in_parts(shape[0], lambda begin, end: add_halves(*parts, begin, end))  # noqa: B023
+        in_parts(shape[0], lambda begin, end: add_octants(*parts, begin, end))  # noqa: B023
     return torch.from_numpy(result)
 
 
 @njit(nogil=True, cache=True)
-def add_halves(
+def add_octants(
     x: np.ndarray, shift: np.uint32, base: np.ndarray, result: np.ndarray, begin: int, end: int
 ) -> None:
     """Write ``x`` ``(X, Y, Z, 8 C)`` plus ``base`` ``(C, X, Y, Z)`` into ``result``.
 
-    x, shift : see :func:`widening.bits`; begin, end : planes of X to do.
+    x, shift : see :func:`bfloat16.bits`; begin, end : planes of X to do.
     """
     channels, _, rows, columns = base.shape
     widened = np.empty((columns, 8 * channels), dtype=np.uint32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which number format a device computes the networks fastest in."""
+"""In which number format a device runs the networks fastest."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import NamedTuple, TypeVar
 import torch
 
 DTYPES = {"float32": torch.float32, "bfloat16": torch.bfloat16}
-"""What training may run in."""
+"""Formats for training."""
 
-GAIN = 0.8
-"""Share of the time that a coarser format must take at the most to be worth it."""
+WORTHWHILE = 0.8
+"""A coarser format is used if it takes at most this share of the time."""
 
 
 class Precision(NamedTuple):
-    """A number format: ``eight_bits`` are the large convolutions', ``dtype`` is all the rest's."""
+    """A number format: ``dtype``, and whether large convolutions run in ``eight_bits`` instead."""
 
     dtype: torch.dtype
     eight_bits: bool
@@ -26,17 +26,17 @@ PRECISIONS = {name: Precision(dtype, False) for name, dtype in DTYPES.items()} |
     "int8": Precision(torch.float32, True),
     "int8_bfloat16": Precision(torch.bfloat16, True),
 }
-"""What the generator may run in. Those with eight bits are for processors."""
+"""Formats for inference. Those with eight bits are for processors."""
 
 IN_EIGHT_BITS = {"float32": "int8", "bfloat16": "int8_bfloat16"}
-"""The format with eight bits for each that is the rest's."""
+"""The eight-bit variant of each format without."""
 
 
 Network = TypeVar("Network", bound=torch.nn.Module)
 
 
 def prepare(network: Network, device: str, precision: str) -> Network:
-    """Return the network, moved to the device and changed to the format, for use.
+    """Return the network for inference, moved to the device and converted to the format.
 
     Raises ValueError where the device has no such format.
     """
@@ -76,16 +76,16 @@ def seconds(device: str, precision: str, repeats: int = 3) -> float:
 
 
 def fastest_precision(device: str) -> str:
-    """Return the fastest of DTYPES, see GAIN."""
+    """Return the fastest of DTYPES, see WORTHWHILE."""
     half = seconds(device, "bfloat16")
-    return "bfloat16" if half < GAIN * seconds(device, "float32") else "float32"
+    return "bfloat16" if half < WORTHWHILE * seconds(device, "float32") else "float32"
 
 
 def fastest_in_use(device: str) -> str:
-    """Return the fastest of PRECISIONS for the generator in use, see GAIN."""
+    """Return the fastest of PRECISIONS for inference, see WORTHWHILE."""
     plain = fastest_precision(device)
     fewer = IN_EIGHT_BITS[plain]
-    return fewer if seconds(device, fewer) < GAIN * seconds(device, plain) else plain
+    return fewer if seconds(device, fewer) < WORTHWHILE * seconds(device, plain) else plain
 
 
 def is_usable(device: str, precision: str) -> bool:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the networks are shown, made from the strokes on a grid (``voxels.voxelize``)."""
+"""What the networks are shown: conditions (``condition.voxelize``) as sparse batches of tensors."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
@@ -23,17 +25,18 @@ from ..condition.channels import (
 )
 from ..condition.voxelize import Condition
 
-NEARNESS = (4, 16)  # edges of the blocks over which the strokes' density is averaged, cells
+NEARNESS = (4, 16)
+"""Edges of the blocks over which the strokes' density is averaged, cells."""
 
-SPARSE = 1e-4
-"""Share of crossed cells below which a block's velocity is rather its neighbourhood's."""
+FEW_CROSSED = 1e-4
+"""Share of crossed cells below which a block takes its neighbourhood's velocity instead."""
 
 
 class SparseCondition(NamedTuple):
-    """The cells of a condition that strokes or their spans cross: few, so work on them is free.
+    """The cells of conditions that strokes or patches cross: few, so work on them is cheap.
 
-    where : ``(n, 4)`` of batch, x, y, z; values : ``(n, 18)``, the condition there; shape : of
-    the batch, ``(B, X, Y, Z)``.
+    where : int64 ``(n, 4)``, sample, x, y, z; values : float32 ``(n, 18)``, the channels there (see
+    ``condition.channels``); shape : of the batch, ``(B, X, Y, Z)``.
     """
 
     where: Tensor
@@ -46,11 +49,31 @@ class SparseCondition(NamedTuple):
         where = F.pad(torch.from_numpy(condition.where).long(), (1, 0))
         return cls(where, torch.from_numpy(condition.values), (1, *condition.shape))
 
+    @classmethod
+    def batched(cls, conditions: Sequence[Condition]) -> SparseCondition:
+        """Return conditions of one shape as a batch, a copy.
+
+        Cells lie in the order of a dense array's, so that sums over them do not depend on the order
+        in which strokes were drawn.
+        """
+        where, values = [], []
+        for number, condition in enumerate(conditions):
+            order = np.lexsort(condition.where.T[::-1])
+            where.append(np.insert(condition.where[order].astype(np.int64), 0, number, axis=1))
+            values.append(condition.values[order])
+        shape = (len(conditions), *conditions[0].shape)
+        cells = torch.from_numpy(np.concatenate(where))
+        return cls(cells, torch.from_numpy(np.concatenate(values)), shape)
+
     def dense(self) -> Tensor:
-        """Return the condition, ``(B, 18, X, Y, Z)``, channels last."""
-        batch, x, y, z = self.where.unbind(1)
+        """All cells, ``(B, 18, X, Y, Z)``, channels last; zero where nothing crosses."""
         cells = self.values.new_zeros(*self.shape, self.values.shape[1])
-        return cells.index_put((batch, x, y, z), self.values).permute(0, 4, 1, 2, 3)
+        return cells.index_put(self.where.unbind(1), self.values).permute(0, 4, 1, 2, 3)
+
+    def stroke_occupancy(self) -> Tensor:
+        """Occupancy by strokes of all cells, ``(B, X, Y, Z)``: 1 where one crosses, else 0."""
+        cells = self.values.new_zeros(self.shape)
+        return cells.index_put(self.where.unbind(1), self.values[:, STROKE_OCCUPANCY])
 
     def scaled(self, unit: float, limit: float) -> SparseCondition:
         """Return the same with velocities over ``unit``, after those above ``limit`` are shortened.
@@ -64,12 +87,17 @@ class SparseCondition(NamedTuple):
             values[:, which] = velocity * (limit / speed.clamp_min(limit)) / unit
         return self._replace(values=values)
 
-    def to(self, device: str) -> SparseCondition:
-        """Return the same on a device."""
-        return self._replace(where=self.where.to(device), values=self.values.to(device))
+    def to(self, device: str | torch.device, non_blocking: bool = False) -> SparseCondition:
+        """Return the same on a device; non_blocking : see ``torch.Tensor.to``."""
+        where, values = (x.to(device, non_blocking=non_blocking) for x in self[:2])
+        return self._replace(where=where, values=values)
+
+    def pin_memory(self) -> SparseCondition:
+        """Return a copy in memory that a GPU reads by itself."""
+        return self._replace(where=self.where.pin_memory(), values=self.values.pin_memory())
 
     def part(self, box: tuple[slice, ...]) -> SparseCondition:
-        """Return what lies in a box of cells, seen from its corner."""
+        """Return what lies in a box of cells, numbered from its corner."""
         low = self.where.new_tensor([0, *(side.start for side in box)])
         high = self.where.new_tensor([self.shape[0], *(side.stop for side in box)])
         inside = ((self.where >= low) & (self.where < high)).all(1)
@@ -79,7 +107,7 @@ class SparseCondition(NamedTuple):
         )
 
     def halves(self) -> tuple[Tensor, tuple[int, ...]]:
-        """Return each one's number ``(n,)`` among cells twice as large, and their shape."""
+        """Number ``(n,)`` of each one's cell among cells twice as large, and the shape of those."""
         shape = (self.shape[0], *(n // 2 for n in self.shape[1:]))
         batch, x, y, z = self.where.unbind(1)
         return ((batch * shape[1] + x // 2) * shape[2] + y // 2) * shape[3] + z // 2, shape
@@ -91,14 +119,14 @@ class SparseCondition(NamedTuple):
         """
         cell, shape = self.halves()
         sums = air.to(values.dtype).repeat(math.prod(shape), 1)
-        # Not index_put: its threads add in any order, and a seed would not give one splash.
+        # Not index_put: its threads add in any order, so a seed would not give one splash only.
         sums = sums.index_add(0, cell, values)
         return sums.view(*shape, -1).permute(0, 4, 1, 2, 3)
 
     def gathered_onto(self, total: Tensor, values: Tensor) -> Tensor:
-        """Return ``total`` and ``values``, summed as by :meth:`gathered`.
+        """Return the sum of ``total`` and of ``values`` as summed by :meth:`gathered`.
 
-        In use in place of ``total``, of whose cells few are crossed.
+        For inference, in ``total`` itself: few of its cells are crossed.
         """
         rows = total.permute(0, 2, 3, 4, 1)
         if torch.is_grad_enabled() or total.dtype != values.dtype or not rows.is_contiguous():
@@ -108,17 +136,8 @@ class SparseCondition(NamedTuple):
         return total
 
 
-def sparse_condition(condition: Tensor) -> SparseCondition:
-    """Return the crossed cells of ``(B, 18, X, Y, Z)``."""
-    where = (condition[:, STROKE_OCCUPANCY] + condition[:, PATCH_CLOSENESS]).nonzero()
-    batch, x, y, z = where.unbind(1)
-    return SparseCondition(
-        where, condition[batch, :, x, y, z], (len(condition), *condition.shape[2:])
-    )
-
-
 def halved(crossed: SparseCondition) -> SparseCondition:
-    """Return the condition on cells twice as large: crossed if one of eight is, else means."""
+    """Return the condition on cells twice as large: crossed if one of eight is, with means."""
     values = torch.cat(
         [crossed.values, (crossed.values[:, PATCH_CLOSENESS, None] > 0).float()], dim=1
     )
@@ -131,11 +150,11 @@ def halved(crossed: SparseCondition) -> SparseCondition:
     cell, shape = crossed.halves()
     cells, row = torch.unique(cell, return_inverse=True)
     sums = values.new_zeros(len(cells), CHANNELS + 1).index_add(0, row, values)
-    drawn, spanned = sums[:, :1], sums[:, CHANNELS:]
+    drawn, patched = sums[:, :1], sums[:, CHANNELS:]
     means = [
         (drawn > 0).to(sums.dtype),
         sums[:, 1 : STROKE.stop] / drawn.clamp_min(1),
-        sums[:, PATCH] / spanned.clamp_min(1),
+        sums[:, PATCH] / patched.clamp_min(1),
     ]
     return SparseCondition(
         torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape
@@ -145,8 +164,8 @@ def halved(crossed: SparseCondition) -> SparseCondition:
 def strided_stem(stem: nn.Conv3d, crossed: SparseCondition, total: Tensor) -> Tensor:
     """Return ``total`` and ``stem`` of the condition, a convolution of 2^3 cells by steps of 2.
 
-    Without its bias, and without further input channels that it may have. total :
-    ``(B, C, X / 2, Y / 2, Z / 2)``, which in use may be changed.
+    Without its bias and its further input channels, if it has any. total :
+    ``(B, C, X / 2, Y / 2, Z / 2)``; inference may overwrite it.
     """
     kernels = stem.weight[:, :CHANNELS].permute(2, 3, 4, 1, 0).flatten(0, 2)  # (8, 18, C)
     eighth = crossed.where[:, 1:] % 2 @ crossed.where.new_tensor([4, 2, 1])
@@ -192,7 +211,7 @@ def diffused_velocity(blocks: Tensor) -> Tensor:
     """Return the strokes' velocity spread over the whole grid, ``(B, 3, X, Y, Z)``.
 
     Push-pull: averages over ever larger blocks, then from coarse to fine the block's own
-    average wherever it holds enough of a stroke. blocks : of :func:`block_means`.
+    average wherever a stroke crosses enough of it. blocks : of :func:`block_means`.
     """
     levels = [(blocks[:, :1], blocks[:, STROKE_VELOCITY])]
     while min(blocks.shape[2:]) > 1 and not any(n % 2 for n in blocks.shape[2:]):
@@ -202,7 +221,7 @@ def diffused_velocity(blocks: Tensor) -> Tensor:
     spread = sum_over_cells(flow) / sum_over_cells(weight).clamp_min(1e-9)
     for weight, flow in reversed(levels):
         spread = F.interpolate(spread, size=weight.shape[2:], mode="trilinear")
-        spread = (flow + SPARSE * spread) / (weight + SPARSE)
+        spread = (flow + FEW_CROSSED * spread) / (weight + FEW_CROSSED)
     return F.interpolate(spread, scale_factor=2, mode="trilinear")
 
 

@@ -28,7 +28,6 @@ from .sparse import (
     diffused_velocity,
     halved,
     nearness,
-    sparse_condition,
     strided_stem,
 )
 
@@ -60,7 +59,7 @@ class NetworkConfig:
 
 
 class Encoding(NamedTuple):
-    """Half of a pass: ``features`` of each level, finest first; ``flow``, the strokes' diffused."""
+    """The encoder's result: ``features``, finest level first; ``flow``, the diffused velocity."""
 
     features: list[Tensor]
     flow: Tensor
@@ -113,7 +112,7 @@ class DraftNetwork(nn.Module):
     ) -> Tensor:
         """Return the stem of the condition, the obstacle, the flow and the nearness.
 
-        As one convolution would, of all of them side by side, in a fourth of its time.
+        The same as one convolution of all of them as channels, in a quarter of its time.
         """
         around = flow.new_zeros(len(flow), *flow.shape[2:], CHANNEL_MULTIPLE).permute(0, 4, 1, 2, 3)
         if obstacle is not None:
@@ -127,8 +126,8 @@ class DraftNetwork(nn.Module):
     def decode(self, encoding: Encoding, latent: Tensor | None) -> Draft:
         """Return the draft for a latent ``(B, L, l, l, l)``; None is the latent zero.
 
-        The head corrects the strokes' diffused velocity: left to find it by itself, a network
-        takes long to carry so few crossed cells through the liquid.
+        The head corrects the strokes' diffused velocity: by itself, a network takes long to learn
+        to carry the velocity of so few crossed cells through the liquid.
         """
         x = encoding.features[-1]
         for level in reversed(range(len(self.decoder))):
@@ -145,7 +144,7 @@ class DraftNetwork(nn.Module):
 class DetailNetwork(nn.Module):
     """Condition on fine cells and the draft around them -> all outputs on the fine cells.
 
-    It looks at its neighbourhood only: it may be trained and used on any part of the box.
+    Its receptive field is small: it may be trained and used on any part of the box.
     """
 
     def __init__(self, config: NetworkConfig) -> None:
@@ -164,13 +163,13 @@ class DetailNetwork(nn.Module):
     def forward(self, crossed: SparseCondition, draft: Draft) -> Tensor:
         """Return ``(B, 5, X, Y, Z)``.
 
-        crossed : of a condition ``(B, 18, X, Y, Z)``; draft : of the same part of the box, at
+        crossed : of shape ``(B, X, Y, Z)``; draft : of the same part of the box, at
         half (output) and a quarter (features) of the resolution.
         """
         dtype = self.stem.weight.dtype
         logit, rest = torch.split(draft.output, [1, OUTPUT_CHANNELS - 1], dim=1)
         shown = torch.cat([torch.tanh(logit / 4), rest], dim=1)
-        # The bias of the stem goes with this one's: by itself it would take a pass of its own.
+        # The stem's bias is added to this one's: by itself it would take another pass.
         felt = self.from_output(shown.to(dtype), self.stem.bias)
         x = strided_stem(self.stem, crossed, felt.to(dtype))
         x = self.encoder(F.relu_(x))
@@ -194,21 +193,21 @@ class SplashNetwork(nn.Module):
     ) -> Draft:
         """Return the draft of a whole box.
 
-        crossed : of a condition ``(B, 18, x, y, z)``, multiples of 16; latent :
+        crossed : of shape ``(B, x, y, z)``, multiples of 16; latent :
         ``(B, L, l, l, l)`` on the part of its lattice that the box covers, None for the latent
-        zero; obstacle : ``(B, 1, x, y, z)`` of :func:`condition.closeness`, None where there is
+        zero; obstacle : ``(B, 1, x, y, z)`` of :func:`sparse.closeness`, None where there is
         none or it is not known.
         """
         draft: Draft = self.coarse.decode(self.coarse.encode(crossed, obstacle), latent)
         return draft
 
     def forward(
-        self, condition: Tensor, latent: Tensor | None = None, obstacle: Tensor | None = None
+        self, crossed: SparseCondition, latent: Tensor | None = None, obstacle: Tensor | None = None
     ) -> Tensor:
-        """Return ``(B, 5, X, Y, Z)`` at full resolution, as ``condition``, multiples of 32.
+        """Return ``(B, 5, X, Y, Z)`` at full resolution.
 
-        obstacle : ``(B, 1, X / 2, Y / 2, Z / 2)``, see :meth:`draft`.
+        crossed : of shape ``(B, X, Y, Z)``, multiples of 32; obstacle :
+        ``(B, 1, X / 2, Y / 2, Z / 2)``; latent and obstacle : see :meth:`draft`.
         """
-        crossed = sparse_condition(condition)
         output: Tensor = self.detail(crossed, self.draft(halved(crossed), latent, obstacle))
         return output

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 INPUT_NAMES = [*CHANNEL_NAMES, "obstacle_closeness"]
 
-FORMAT = "liquid-splash-generator-6"
+GENERATOR_FORMAT = "liquid-splash-generator-6"
 
 CHANNELS_HEADER = {"input_channels": INPUT_NAMES, "output_channels": list(OUTPUT_NAMES)}
-"""What a header says of the channels that the networks read and give."""
+"""Names in a header of the channels that the networks read and write."""
 
 REQUIRED = (
     "network", "velocity_scale", "fastest", "thresholds", "local_cells", "local_spacing",
@@ -64,7 +64,7 @@ def read_metadata(data: bytes, path: Path) -> dict[str, str]:
 
 
 def damaged(path: Path) -> WeightsError:
-    """Return the error that says so of the file at ``path``."""
+    """Return the error for a file that is damaged or none of ours."""
     return WeightsError(
         f"{path} is damaged or no weights file of Liquid Splash: install the add-on again "
         "or choose another file in the preferences"
@@ -83,7 +83,7 @@ def check_format(metadata: dict[str, str], expected: str, path: Path) -> None:
 def check_names(metadata: dict[str, str], expected: dict[str, Any], path: Path) -> None:
     """Raise WeightsError where a header names other columns than this version's networks read.
 
-    Files from before names were written have none, and are not refused.
+    Older files have no names, and are not refused.
     """
     try:
         header = json.loads(metadata.get("header", "{}"))
@@ -98,7 +98,7 @@ def check_names(metadata: dict[str, str], expected: dict[str, Any], path: Path) 
 
 
 def tensors_hash(data: bytes) -> str:
-    """Return the SHA-256 of a file's tensors alone: headers are written anew, tensors stay."""
+    """Return the SHA-256 of a file's tensors alone: headers may be rewritten, tensors stay."""
     return hashlib.sha256(data[8 + int.from_bytes(data[:8], "little") :]).hexdigest()
 
 
@@ -109,7 +109,7 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
         header = json.loads(metadata["header"])
     except (ValueError, KeyError) as error:
         raise damaged(path) from error
-    check_format(metadata, FORMAT, path)
+    check_format(metadata, GENERATOR_FORMAT, path)
     check_names(metadata, CHANNELS_HEADER, path)
     if not isinstance(header, dict) or any(name not in header for name in REQUIRED):
         raise damaged(path)
@@ -128,4 +128,4 @@ def save_weights(network: SplashNetwork, header: dict[str, Any], path: Path) -> 
 
     header = {**header, **CHANNELS_HEADER, "network": asdict(network.config)}
     tensors = {k: v.to(torch.float16).contiguous() for k, v in network.state_dict().items()}
-    save_file(tensors, path, {"format": FORMAT, "header": json.dumps(header)})
+    save_file(tensors, path, {"format": GENERATOR_FORMAT, "header": json.dumps(header)})

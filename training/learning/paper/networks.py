@@ -21,19 +21,19 @@ from liquid_splash_addon.core.condition.voxelize import Condition
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import PHI_CELLS, Fields
 
-from ..losses import VELOCITY_SCALE
+from ...data.batch import VELOCITY_SCALE
 
-CHANNELS = 4
+PAPER_CHANNELS = 4
 """Occupancy and velocity x, y, z, of the input and of the output."""
 
 MULTIPLES = (1, 2, 4, 8, 8, 8, 8)
 """Channels of the generator's levels over its width: 64, 128, 256, 512, 512, 512, 512."""
 
-NOISY = 3
-"""Innermost levels of the decoder that have dropout."""
+DROPOUT_LEVELS = 3
+"""Innermost levels of the decoder, which have dropout."""
 
-SLOPE = 0.2
-"""Of the leaky ReLU."""
+LEAK = 0.2
+"""Slope of the leaky ReLU below zero."""
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,14 @@ class PaperGenerator(nn.Module):
             # One cell has no spread within a sample: no norm there, nor on the input's level.
             layer(nn.Conv3d, inputs, outputs, norm=0 < level < last)
             for level, (inputs, outputs) in enumerate(
-                zip((CHANNELS, *widths), widths, strict=False)
+                zip((PAPER_CHANNELS, *widths), widths, strict=False)
             )
         )
         self.decoder = nn.ModuleList(
             layer(
                 nn.ConvTranspose3d,
                 widths[level] * (1 if level == last else 2),
-                widths[level - 1] if level else CHANNELS,
+                widths[level - 1] if level else PAPER_CHANNELS,
                 norm=level > 0,
             )
             for level in range(len(widths))
@@ -123,16 +123,16 @@ class PaperGenerator(nn.Module):
         no bounds, is linear.
 
         condition : ``(B, 4 or more, X, Y, Z)``, velocity over the velocity scale; X, Y, Z
-        multiples of 2^levels. Channels that the paper does not have are not looked at.
+        multiples of 2^levels. Channels that the paper does not have are ignored.
         """
-        x, skips = condition[:, :CHANNELS], []
+        x, skips = condition[:, :PAPER_CHANNELS], []
         for level, down in enumerate(self.encoder):
-            x = down(F.leaky_relu(x, SLOPE) if level else x)
+            x = down(F.leaky_relu(x, LEAK) if level else x)
             skips.append(x)
         levels = len(self.decoder)
         for level in reversed(range(levels)):
             x = self.decoder[level](F.relu(x))
-            if level >= max(levels - NOISY, 1):
+            if level >= max(levels - DROPOUT_LEVELS, 1):
                 x = F.dropout(x, self.config.dropout, training=True)
             if level:
                 x = torch.cat([x, skips[level - 1]], dim=1)
@@ -150,7 +150,7 @@ class PaperDiscriminator(nn.Module):
         self.layers = nn.ModuleList(
             layer(nn.Conv3d, inputs, outputs, norm=level > 0 and (level < 3 or side > 1))
             for level, (inputs, outputs) in enumerate(
-                zip((2 * CHANNELS, *widths), widths, strict=False)
+                zip((2 * PAPER_CHANNELS, *widths), widths, strict=False)
             )
         )
         self.last = nn.Linear(widths[-1] * side**3, 1)
@@ -161,9 +161,9 @@ class PaperDiscriminator(nn.Module):
 
         condition : ``(B, 4 or more, n, n, n)`` with n = the config's cells; output : with 4.
         """
-        x = torch.cat([condition[:, :CHANNELS], output], dim=1)
+        x = torch.cat([condition[:, :PAPER_CHANNELS], output], dim=1)
         for convolution in self.layers:
-            x = F.leaky_relu(convolution(x), SLOPE)
+            x = F.leaky_relu(convolution(x), LEAK)
         logit: Tensor = self.last(x.flatten(1))[:, 0]
         return logit.float()
 
@@ -215,7 +215,7 @@ class PaperAnswer:
             raise ValueError(
                 f"this network was trained on {self.cells}^3 cells, not on {grid.shape}"
             )
-        scaled = torch.from_numpy(condition.dense()[:CHANNELS]).to(self.device)[None]
+        scaled = torch.from_numpy(condition.dense()[:PAPER_CHANNELS]).to(self.device)[None]
         scaled[:, 1:] /= VELOCITY_SCALE
         seed = 0 if latent is None else zlib.crc32(latent.tobytes())
         output = answer(self.network, scaled, seed)[0].cpu().numpy()
@@ -226,7 +226,7 @@ class PaperAnswer:
 
 
 def load_paper(run_dir: Path, device: str = "cpu") -> PaperAnswer:
-    """Return the generator of a training run; ValueError if the run is none of this model."""
+    """Return the generator of a training run; ValueError for a run of another model."""
     state = torch.load(run_dir / "checkpoint.pt", map_location="cpu", weights_only=True)
     if state.get("kind") != "paper":
         raise ValueError(f"{run_dir} is no run of the paper's model")

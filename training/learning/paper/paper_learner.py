@@ -11,25 +11,25 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from ...data.batch import Batch
 from ..learner import Learner
-from ..losses import Batch
 from ..parallel import average_gradients
-from .networks import PaperConfig, PaperDiscriminator, PaperGenerator, answer
+from .networks import PAPER_CHANNELS, PaperConfig, PaperDiscriminator, PaperGenerator, answer
 
-BETAS = (0.5, 0.999)
-"""Adam's, as in pix2pix; the paper names only its learning rate."""
+ADAM_BETAS = (0.5, 0.999)
+"""As in pix2pix; the paper names only the learning rate."""
 
-SETTLING = 32
+NORM_BATCHES = 32
 """Batches from which batch norm's statistics are taken at the end."""
 
-MOMENTUM = 0.1
-"""Of batch norm's running statistics until then."""
+NORM_MOMENTUM = 0.1
+"""Momentum of batch norm's running statistics until then."""
 
 
 def target(batch: Batch) -> Tensor:
     """Return the paper's y, ``(B, 4, X, Y, Z)``: occupancy and the velocity inside the liquid."""
-    occupied = (batch.distance < 0).float()[:, None]
-    return torch.cat([occupied, batch.velocity * occupied], dim=1)
+    occupied = (batch.box.distance < 0).float()[:, None]
+    return torch.cat([occupied, batch.box.velocity * occupied], dim=1)
 
 
 class PaperLearner(Learner):
@@ -67,14 +67,19 @@ class PaperLearner(Learner):
         network.to(self.device).to(memory_format=self.layout)  # type: ignore[call-overload]
 
     def condition(self, batch: Batch) -> Tensor:
-        """Return the batch's condition on the device, in the layout."""
-        return batch.condition.to(self.device).contiguous(memory_format=self.layout)
+        """Return the paper's channels of the batch's condition, ``(B, 4, X, Y, Z)``, dense.
+
+        On the device, in the layout.
+        """
+        condition = batch.box.condition.to(self.device)
+        condition = condition._replace(values=condition.values[:, :PAPER_CHANNELS])
+        return condition.dense().contiguous(memory_format=self.layout)
 
     def adam(self, network: nn.Module) -> torch.optim.Adam:
         """Return the optimiser of one network."""
         rate = self.config.learning_rate
         # Fused, a step on a processor takes a sixth of the time.
-        return torch.optim.Adam(network.parameters(), rate, BETAS, fused=True)
+        return torch.optim.Adam(network.parameters(), rate, ADAM_BETAS, fused=True)
 
     def autocast(self) -> torch.autocast:
         """Return the context that networks run in."""
@@ -108,18 +113,18 @@ class PaperLearner(Learner):
     def improve(
         self, condition: Tensor, truth: Tensor, output: Tensor, rate: float
     ) -> dict[str, float]:
-        """Train the generator on its ``output``: towards the truth, and to pass for it."""
+        """Train the generator on its ``output``: towards the truth, and to deceive its opponent."""
         l1 = (output - truth).abs().mean()
         loss, losses = self.config.l1_weight * l1, {"l1": float(l1.detach())}
         if self.discriminator is not None:
-            self.discriminator.requires_grad_(False)  # spares its gradients, unused here
+            self.discriminator.requires_grad_(False)  # its gradients are not needed here
             adversarial = self.verdict(condition, output, 1.0)  # eq. 2's log(1 - D) saturates
             loss, losses["adversarial"] = loss + adversarial, float(adversarial.detach())
         self.descend(loss, self.generator, self.optimiser, rate)
         return losses | {"loss": float(loss.detach())}
 
     def verdict(self, condition: Tensor, pair: Tensor, label: float) -> Tensor:
-        """Return the cross-entropy of the discriminator's opinion and ``label`` (1 is real)."""
+        """Return the cross-entropy of the discriminator's logit and ``label`` (1 is real)."""
         assert self.discriminator is not None
         with self.autocast():
             logit = self.discriminator(condition, pair)
@@ -138,20 +143,20 @@ class PaperLearner(Learner):
 
     @torch.no_grad()
     def finish(self, batches: Iterator[Batch]) -> None:
-        """Take batch norm's statistics anew, a plain mean over many batches.
+        """Replace batch norm's statistics by plain means over many batches.
 
-        The running ones follow the last few batches of two and the weights that came before.
+        The running ones follow the last few batches of two and earlier weights.
         """
         norms = [m for m in self.generator.modules() if isinstance(m, nn.BatchNorm3d)]
         for norm in norms:
             norm.reset_running_stats()
             norm.momentum = None
         self.generator.train()
-        for batch in islice(batches, SETTLING):
+        for batch in islice(batches, NORM_BATCHES):
             with self.autocast():
                 self.generator(self.condition(batch))
         for norm in norms:
-            norm.momentum = MOMENTUM
+            norm.momentum = NORM_MOMENTUM
 
     def predict(self, batch: Batch) -> Tensor:
         """Return the answer to each condition, the same at every call; see :class:`Learner`."""
@@ -173,7 +178,7 @@ class PaperLearner(Learner):
         return state
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up what :meth:`state` returned, on this device or another."""
+        """Go on from what :meth:`state` returned, on this device or another."""
         self.generator.load_state_dict(state["generator"])
         self.optimiser.load_state_dict(state["optimiser"])
         if self.discriminator is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the judge of spans is trained on: spans of sketches, and which of them lie in liquid."""
+"""What the patch classifier is trained on: patches of sketches, and which of them lie in liquid."""
 
 from __future__ import annotations
 
@@ -20,16 +20,21 @@ from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
-from ..data.dataset import Item, held_out_strokes, resample
+from ..data.items import Item
+from ..data.samples import held_out_strokes, resample
 from ..data.stream import draw_sketch
 from ..simulation.scheduling import end_with_parent
 
 
-class SpanLesson(NamedTuple):
-    """The spans of one sketch.
+class LabelledPatches(NamedTuple):
+    """The ``m`` patches of one sketch, each a triangle, and how much of each lies in liquid.
 
-    graph : their features; inside, near : float32 ``(m,)``, the share of each triangle's samples
-    that lies in liquid, and within a cell of it; samples : float32 ``(m,)``, how many there are.
+    Attributes
+    ----------
+    graph : their features
+    inside, near : float32 ``(m,)``, the share of each one's samples that lies in liquid, and
+        within a cell of it (at 128^3)
+    samples : float32 ``(m,)``, how many samples each has
     """
 
     graph: PatchGraph
@@ -38,10 +43,10 @@ class SpanLesson(NamedTuple):
     samples: np.ndarray
 
 
-def span_lesson(item: Item, sketch: int | None) -> SpanLesson | None:
-    """Return the spans of a random training sketch of a frame; None where it has none.
+def label_patches(item: Item, sketch: int | None) -> LabelledPatches | None:
+    """Return the patches of a random training sketch of a frame; None where it has none.
 
-    sketch : its number; None is the sketch that figures are measured on.
+    sketch : its number; None is the sketch that models are measured on.
     """
     stored = item.load()
     if sketch is None:
@@ -50,31 +55,35 @@ def span_lesson(item: Item, sketch: int | None) -> SpanLesson | None:
         rng = np.random.default_rng([item.seed, item.number, sketch])
         strokes = draw_sketch(item, stored, rng)
     frame, grid = fit_frame(strokes), Grid.local()
-    knots = sample_points_of(frame.strokes_to_local(strokes))
-    patches = find_patches(knots)
+    points = sample_points_of(frame.strokes_to_local(strokes))
+    patches = find_patches(points)
     count = len(patches.triangles)
     if not count:
         return None
     distance, _ = resample(stored, item.spacing, frame, grid)
-    points, values = sample_patches(knots, patches, np.arange(count, dtype=np.float64)[:, None])
-    depth = map_coordinates(distance, grid.to_cells(points).T - 0.5, order=1, mode="nearest")
+    numbers = np.arange(count, dtype=np.float64)[:, None]
+    where, values = sample_patches(points, patches, numbers)
+    depth = map_coordinates(distance, grid.to_cells(where).T - 0.5, order=1, mode="nearest")
     which = values[:, 0].astype(int)
     samples = np.bincount(which, minlength=count)
     shares = [np.bincount(which, depth < most, count) / samples for most in (0.0, 1.0)]
-    return SpanLesson(
-        patch_graph(knots, patches),
+    return LabelledPatches(
+        patch_graph(points, patches),
         *(part.astype(np.float32) for part in (*shares, samples)),
     )
 
 
-def span_lessons(
+def label_all(
     items: Sequence[Item], sketches: Sequence[int | None], workers: int
-) -> list[SpanLesson]:
-    """Return the lessons of all items, each with all ``sketches``."""
-    lessons: list[SpanLesson] = []
+) -> list[LabelledPatches]:
+    """Return the patches of each of ``sketches`` of each item, as far as they have any.
+
+    workers : processes that share the work
+    """
+    labelled: list[LabelledPatches] = []
     with ProcessPoolExecutor(workers, get_context("spawn"), initializer=end_with_parent) as pool:
         for sketch in sketches:
-            found = pool.map(partial(span_lesson, sketch=sketch), items, chunksize=8)
+            found = pool.map(partial(label_patches, sketch=sketch), items, chunksize=8)
             bar = tqdm(found, total=len(items), desc="sketches", unit="frame", leave=False)
-            lessons += [lesson for lesson in bar if lesson is not None]
-    return lessons
+            labelled += [patches for patches in bar if patches is not None]
+    return labelled

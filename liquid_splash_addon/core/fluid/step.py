@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One step of the liquid, and runs of steps to a given time."""
+"""The liquid's time step, and runs of steps to a given time."""
 
 from __future__ import annotations
 
@@ -8,33 +8,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from liquid_splash_addon.core.fluid.advection import advect
-from liquid_splash_addon.core.fluid.cells import Cells, activate, sort_by_cell
-from liquid_splash_addon.core.fluid.density import crowding
-from liquid_splash_addon.core.fluid.extrapolation import extrapolate, valid_faces
-from liquid_splash_addon.core.fluid.particles import Particles
-from liquid_splash_addon.core.fluid.pressure import Poisson, project, spread_apart
-from liquid_splash_addon.core.fluid.sheets import resample_sheets
-from liquid_splash_addon.core.fluid.surface_tension import WATER, surface_pressure
-from liquid_splash_addon.core.fluid.transfer import faces_to_particles, particles_to_faces
-
-from ..scenes.obstacles import Obstacle, collide, open_share
-from ..scenes.scene import Scene
+from .advection import advect
+from .cells import Cells, activate, sort_by_cell
+from .collision import Solid, collide, open_share
+from .density import crowding
+from .extrapolation import extrapolate, valid_faces
+from .particles import Particles
+from .pressure import Poisson, project, spread_apart
+from .sheets import resample_sheets
+from .surface_tension import WATER, surface_pressure
+from .transfer import faces_to_particles, particles_to_faces
 
 GRAVITY = 9.81
 """m/s^2, down."""
 
-LAYERS = 2
+AIR_LAYERS = 2
 """Layers of air cells with a velocity: a particle moves CFL / 2 cells to the midpoint."""
 
-WALL = 12.0
+OPEN_MARGIN = 12.0
 """Liquid this many cells from the wall of the box is dropped: the box is open. The margin is
 more than a step's travel (an impact can double the speed) and the air layers around it."""
 
 
 @dataclass(frozen=True)
 class Physics:
-    """What can be switched.
+    """Terms of the physics that can be switched.
 
     Attributes
     ----------
@@ -67,6 +65,11 @@ class Liquid:
     time: float
     emitted: float
 
+    @classmethod
+    def at_start(cls, particles: Particles) -> Liquid:
+        """Liquid of these particles at time 0."""
+        return cls(particles, 0.0, float(particles.volumes.sum(dtype=np.float64)))
+
     @property
     def left(self) -> float:
         """Volume that has left the box, cells^3."""
@@ -81,29 +84,26 @@ class World:
     ----------
     cells : along each side of the box
     gravity : cells/s^2; tension : cells^3/s^2
-    obstacle : in cells
+    solid : what stands in the box; one that is nowhere has a large distance everywhere
     physics : what is switched on
     """
 
     cells: int
     gravity: float
     tension: float
-    obstacle: Obstacle
+    solid: Solid
     physics: Physics = Physics()
 
     @classmethod
-    def of(cls, scene: Scene, physics: Physics | None = None) -> World:
-        """Return the world of ``scene``."""
-        h = scene.spacing
-        tension = WATER / h**3
-        body = scene.obstacle.scaled(1 / h)
-        return cls(scene.cells, GRAVITY / h, tension, body, physics or Physics())
+    def of_water(
+        cls, spacing: float, cells: int, solid: Solid, physics: Physics | None = None
+    ) -> World:
+        """World of water on earth.
 
-
-def initial_liquid(scene: Scene, jitter_seed: int = 0) -> Liquid:
-    """Return the liquid of ``scene`` at its start; another ``jitter_seed`` makes a twin of it."""
-    particles = scene.fill(jitter_seed)
-    return Liquid(particles, 0.0, float(particles.volumes.sum(dtype=np.float64)))
+        spacing : edge of a cell, metres; cells : along each side of the box; solid : in cells
+        """
+        gravity, tension = GRAVITY / spacing, WATER / spacing**3
+        return cls(cells, gravity, tension, solid, physics or Physics())
 
 
 class Flow(NamedTuple):
@@ -114,7 +114,8 @@ class Flow(NamedTuple):
     cells : the active cells
     before, after : float32 ``(cells, 3)`` cells/s, without and with forces and pressure,
         extrapolated into the air (``before`` only where FLIP is in use)
-    apart : ``(cells, 3)`` cells, displacements that spread crowded particles; None if not asked
+    apart : ``(cells, 3)`` cells, displacements that spread crowded particles; None where crowding
+        is not looked at
     """
 
     cells: Cells
@@ -124,16 +125,16 @@ class Flow(NamedTuple):
 
 
 def flow(
-    particles: Particles, world: World, kick: float, dt: float = 0.0, layers: int = LAYERS
+    particles: Particles, world: World, kick: float, dt: float = 0.0, layers: int = AIR_LAYERS
 ) -> Flow:
-    """Return the flow that forces and pressure make of the particles' velocities.
+    """Flow that forces and pressure make of the particles' velocities.
 
     kick : what gravity adds to the downward velocity, cells/s; dt : seconds for which surface
-    tension acts; with 0 neither it nor crowding is looked at.
+    tension acts, 0 to leave out both it and crowding; layers : of air cells that get a velocity.
     """
     cells = activate(particles.positions, (world.cells,) * 3, layers)
     faces, _ = particles_to_faces(particles, cells)
-    share = open_share(cells.coordinates, world.obstacle)
+    share = open_share(cells.coordinates, world.solid)
     matrix = Poisson.assemble(cells, share)
     valid = valid_faces(cells, share)
     before = faces.copy()
@@ -143,8 +144,8 @@ def flow(
     faces = project(faces, cells, share, matrix, outside)
     apart = None
     if dt > 0 and world.physics.density:
-        solid = world.obstacle.distance(cells.coordinates + 0.5)
-        apart = spread_apart(crowding(particles, cells, solid, share), cells, share, matrix)
+        away = world.solid.distance(cells.coordinates + 0.5)
+        apart = spread_apart(crowding(particles, cells, away, share), cells, share, matrix)
         extrapolate(apart, valid, cells, layers)
     if world.physics.flip:  # only FLIP's change is taken against it
         extrapolate(before, valid, cells, layers)
@@ -157,7 +158,7 @@ def step(liquid: Liquid, world: World, dt: float) -> Liquid:
     physics, half_kick = world.physics, world.gravity * dt / 2
     cells, before, after, apart = flow(liquid.particles, world, half_kick, dt)
     order, counts = sort_by_cell(liquid.particles.positions, cells)
-    # Transfer writes the affine part anew, and in APIC the velocities: sorting them is waste.
+    # Transfer overwrites the affine part, and in APIC the velocities: sorting them is waste.
     old = liquid.particles
     particles = old._replace(
         positions=old.positions[order],
@@ -171,13 +172,13 @@ def step(liquid: Liquid, world: World, dt: float) -> Liquid:
     if physics.sheets:
         moved = resample_sheets(moved, particles.positions, cells, counts, dt)
     moved.velocities[:, 2] -= half_kick
-    collide(moved.positions, moved.velocities, world.obstacle)
+    collide(moved.positions, moved.velocities, world.solid)
     return replace(liquid, particles=kept_inside(moved, world), time=liquid.time + dt)
 
 
 def kept_inside(particles: Particles, world: World) -> Particles:
-    """Return the particles that have not reached the open walls of the box."""
-    inside = particles.within(WALL, world.cells - WALL)
+    """Particles that have not reached the open walls of the box."""
+    inside = particles.within(OPEN_MARGIN, world.cells - OPEN_MARGIN)
     return particles if inside.all() else particles.take(inside)
 
 

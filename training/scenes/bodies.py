@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solid obstacles as signed distances (paper, 4.2.1: sphere, cube, cylinder and cone; or none)."""
+"""Analytic solids as signed distances (paper, 4.2.1: sphere, cube, cylinder and cone; or none)."""
 
 from __future__ import annotations
 
@@ -15,19 +15,13 @@ SHAPES = ("sphere", "cube", "cylinder", "cone")
 
 KINDS = (*SHAPES, "tank")
 
-SKIN = 0.1
-"""Particles are kept this many cells outside of solids."""
-
-FAR = 1e6
+NOWHERE = 1e6
 """Distance of the shape "none" from everything."""
-
-SAMPLES = 4
-"""Points along each edge of a face at which its open share is sampled."""
 
 
 @dataclass(frozen=True)
-class Obstacle:
-    """A solid body at rest.
+class Body:
+    """A solid body at rest: a ``Solid`` to the liquid's solver (``core.fluid.collision``).
 
     Attributes
     ----------
@@ -48,12 +42,12 @@ class Obstacle:
     axes: np.ndarray
 
     def packed(self) -> tuple[int, float, float, np.ndarray, np.ndarray]:
-        """Return what the compiled functions take."""
+        """The body as the compiled functions take it."""
         centre, axes = np.asarray(self.centre, float), np.asarray(self.axes, float)
         kind = -1 if self.shape == "none" else KINDS.index(self.shape)
         return kind, float(self.size), float(self.height), centre, axes
 
-    def scaled(self, factor: float) -> Obstacle:
+    def scaled(self, factor: float) -> Body:
         """Return the body with all lengths times ``factor``."""
         return replace(
             self,
@@ -62,29 +56,33 @@ class Obstacle:
             centre=np.asarray(self.centre) * factor,
         )
 
-    def shifted(self, by: np.ndarray) -> Obstacle:
+    def shifted(self, by: np.ndarray) -> Body:
         """Return the body moved by ``by`` ``(3,)``."""
         return replace(self, centre=np.asarray(self.centre) + by)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance ``(n,)`` at ``points`` ``(n, 3)``, negative inside."""
-        return _distances(points, *self.packed())
+        """Signed distance ``(n,)`` at ``points`` ``(n, 3)``, negative inside."""
+        return np.asarray(_distances(points, *self.packed()))
+
+    def velocity(self, points: np.ndarray) -> np.ndarray:
+        """Velocity ``(n, 3)`` at ``points`` ``(n, 3)``: zero, the body is at rest."""
+        return np.zeros(points.shape)
 
 
-def load_obstacle(fields: Mapping[str, Any]) -> Obstacle:
-    """Return the obstacle that a scene's parameters describe."""
+def load_body(fields: Mapping[str, Any]) -> Body:
+    """Return the body that ``fields``, in a scene's parameters, describe."""
     arrays = {name: np.asarray(fields[name], dtype=float) for name in ("centre", "axes")}
-    return Obstacle(fields["shape"], fields["size"], fields["height"], **arrays)
+    return Body(fields["shape"], fields["size"], fields["height"], **arrays)
 
 
-NOTHING = Obstacle("none", 0.0, 0.0, np.zeros(3), np.eye(3))
+NOTHING = Body("none", 0.0, 0.0, np.zeros(3), np.eye(3))
 
 
 @njit(cache=True)
 def body_distance(kind, size, height, x, y, z):
     """Return the signed distance of a body in its own axes, centred on the origin."""
     if kind < 0:
-        return FAR
+        return NOWHERE
     if kind == 0:
         return np.sqrt(x * x + y * y + z * z) - size
     if kind == 1:
@@ -138,72 +136,3 @@ def _distances(points, kind, size, height, centre, axes):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         out[p] = world_distance(kind, size, height, centre, axes, x, y, z)
     return out
-
-
-@njit(cache=True)
-def _open_share(index, kind, size, height, centre, axes):
-    share = np.ones((len(index), 3), dtype=np.float32)
-    for c in range(len(index)):
-        x, y, z = index[c, 0] + 0.5, index[c, 1] + 0.5, index[c, 2] + 0.5
-        if world_distance(kind, size, height, centre, axes, x, y, z) > 1.5:
-            continue  # no face of this cell comes near the body
-        for axis in range(3):
-            count = 0
-            for a in range(SAMPLES):
-                for b in range(SAMPLES):
-                    s, t = (a + 0.5) / SAMPLES - 0.5, (b + 0.5) / SAMPLES - 0.5
-                    if axis == 0:
-                        d = world_distance(kind, size, height, centre, axes, x - 0.5, y + s, z + t)
-                    elif axis == 1:
-                        d = world_distance(kind, size, height, centre, axes, x + s, y - 0.5, z + t)
-                    else:
-                        d = world_distance(kind, size, height, centre, axes, x + s, y + t, z - 0.5)
-                    count += d > 0
-            share[c, axis] = count / (SAMPLES * SAMPLES)
-    return share
-
-
-def open_share(index: np.ndarray, obstacle: Obstacle) -> np.ndarray:
-    """Return the part of each lower face of the cells ``index`` ``(n, 3)`` that is not solid.
-
-    Float32 ``(n, 3)``, 0..1, from 16 samples a face; the obstacle is in cells.
-    """
-    return _open_share(index, *obstacle.packed())
-
-
-def collide(positions: np.ndarray, velocities: np.ndarray, obstacle: Obstacle) -> None:
-    """Push particles out of the obstacle and stop them from moving into it, in place.
-
-    positions ``(n, 3)`` cells, velocities ``(n, 3)``. Velocity away from the body is kept:
-    liquid may leave a wall.
-    """
-    _collide(positions, velocities, *obstacle.packed())
-
-
-@njit(cache=True)
-def _collide(positions, velocities, kind, size, height, centre, axes):
-    h = 0.05
-    for p in range(len(positions)):
-        x, y, z = positions[p, 0], positions[p, 1], positions[p, 2]
-        d = world_distance(kind, size, height, centre, axes, x, y, z)
-        if d > SKIN:
-            continue
-        nx = world_distance(kind, size, height, centre, axes, x + h, y, z)
-        nx -= world_distance(kind, size, height, centre, axes, x - h, y, z)
-        ny = world_distance(kind, size, height, centre, axes, x, y + h, z)
-        ny -= world_distance(kind, size, height, centre, axes, x, y - h, z)
-        nz = world_distance(kind, size, height, centre, axes, x, y, z + h)
-        nz -= world_distance(kind, size, height, centre, axes, x, y, z - h)
-        size_n = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
-        nx, ny, nz = nx / size_n, ny / size_n, nz / size_n
-        push = SKIN - d
-        positions[p, 0] += push * nx
-        positions[p, 1] += push * ny
-        positions[p, 2] += push * nz
-        inward = velocities[p, 0] * nx + velocities[p, 1] * ny + velocities[p, 2] * nz
-        if inward < 0:
-            # More the deeper it is: whether it is stopped must not hang on rounding.
-            stop = inward * min(push / SKIN, 1.0)
-            velocities[p, 0] -= stop * nx
-            velocities[p, 1] -= stop * ny
-            velocities[p, 2] -= stop * nz

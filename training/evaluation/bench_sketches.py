@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sketches on which the paper's claims are tried, beside the bundled ones.
+"""Test sketches for the sketch bench, in addition to the bundled ones.
 
-All without recorded time: the speed is a setting. Units are the bundled sketches' (about 2 wide).
+None has recorded times: the speed is a setting. Units are the bundled sketches' (about 2 wide).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from liquid_splash_addon.core.sketch.presets import example_sketch
 SLOW, FAST = 0.15, 1.0
 """Speeds of the hand for Fig. 7, m/s at real size: 0.6 and 4 m/s of liquid at the default gain."""
 
-POINTS = 160
+STROKE_POINTS = 160
 """Points along a long stroke."""
 
 
@@ -25,7 +25,7 @@ def untimed(drawings: list[Drawing]) -> list[Drawing]:
 
 def streamlet() -> list[Drawing]:
     """Return a streamlet: seven lines side by side in a slow bend, 2 units long."""
-    share = np.linspace(0, 1, POINTS)
+    share = np.linspace(0, 1, STROKE_POINTS)
     lines = []
     for n in range(7):
         angle = 2 * np.pi * n / 6
@@ -49,7 +49,7 @@ def growing() -> dict[str, tuple[list[Drawing], list[Drawing]]]:
     strokes where nothing was.
     """
     crown, wave = untimed(example_sketch("crown")), untimed(example_sketch("wave"))
-    share = np.linspace(0, 1, POINTS)[:, None]
+    share = np.linspace(0, 1, STROKE_POINTS)[:, None]
     starts = np.array([[0.1, 0, 0.4], [-0.1, 0.1, 0.5], [0, -0.1, 0.6]])
     ends = np.array([[0.5, 0.1, 1.0], [-0.4, 0.4, 0.9], [-0.1, -0.5, 1.0]])
     spray = [Drawing(a + share * (b - a)) for a, b in zip(starts, ends, strict=True)]
@@ -62,7 +62,7 @@ def growing() -> dict[str, tuple[list[Drawing], list[Drawing]]]:
 
 def knot() -> list[Drawing]:
     """Return the figure-eight knot as one closed stroke."""
-    t = np.linspace(0, 2 * np.pi, 2 * POINTS)
+    t = np.linspace(0, 2 * np.pi, 2 * STROKE_POINTS)
     ring = 2 + np.cos(2 * t)
     path = np.stack([ring * np.cos(3 * t), ring * np.sin(3 * t), np.sin(4 * t)], axis=1)
     return [Drawing(path / 3)]
@@ -71,7 +71,7 @@ def knot() -> list[Drawing]:
 def tangle() -> list[Drawing]:
     """Return one stroke wound through itself: random waves along each axis."""
     rng = np.random.default_rng(4)
-    t = np.linspace(0, 2 * np.pi, 2 * POINTS)
+    t = np.linspace(0, 2 * np.pi, 2 * STROKE_POINTS)
     waves = rng.normal(size=(3, 4, 2)) / np.sqrt(np.arange(1, 5))[None, :, None]
     path = np.stack(
         [
@@ -85,7 +85,7 @@ def tangle() -> list[Drawing]:
 
 def scribble() -> list[Drawing]:
     """Return one flat zigzag that crosses its own way back, as when shading with a pen."""
-    share = np.linspace(0, 1, 2 * POINTS)
+    share = np.linspace(0, 1, 2 * STROKE_POINTS)
     there = np.stack([2 * share - 1, 0.6 * np.sin(14 * np.pi * share), 0.05 * share], axis=1)
     back = np.stack([1 - 2 * share, 0.5 * np.sin(11 * np.pi * share), 0.1 - 0.05 * share], axis=1)
     return [Drawing(np.concatenate([there, back]))]
@@ -93,7 +93,7 @@ def scribble() -> list[Drawing]:
 
 def crossing() -> list[Drawing]:
     """Return two strokes that meet head on at an angle, and go on."""
-    share = np.linspace(-1, 1, POINTS)
+    share = np.linspace(-1, 1, STROKE_POINTS)
     bend = 0.2 * (1 - share**2)
     first = np.stack([share, 0.4 * share, bend], axis=1)
     return [Drawing(first), Drawing(np.stack([-share, 0.4 * share, -bend + 0.4], axis=1))]
@@ -101,7 +101,7 @@ def crossing() -> list[Drawing]:
 
 def there_and_back() -> list[Drawing]:
     """Return one arch drawn twice, in both directions: the mean of its speeds is zero."""
-    angle = np.linspace(0, np.pi, POINTS)
+    angle = np.linspace(0, np.pi, STROKE_POINTS)
     arch = np.stack([np.cos(angle), 0.3 * np.sin(2 * angle), np.sin(angle)], axis=1)
     return [Drawing(arch), Drawing(arch[::-1])]
 

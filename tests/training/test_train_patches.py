@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How what judges spans is trained and measured."""
+"""How the patch classifier is trained and measured."""
 
 from pathlib import Path
 
@@ -11,25 +11,25 @@ pytest.importorskip("tqdm")
 
 from liquid_splash_addon.core.condition.patches.features import PatchGraph  # noqa: E402
 from liquid_splash_addon.core.generator.patch_classifier import load_patch_classifier  # noqa: E402
-from training.data.dataset import load_items  # noqa: E402
+from training.data.items import load_items  # noqa: E402
 from training.learning import train_patches  # noqa: E402
-from training.learning.patch_samples import SpanLesson, span_lesson, span_lessons  # noqa: E402
+from training.learning.labelled_patches import LabelledPatches, label_all, label_patches  # noqa: E402
 from training.learning.train_patches import figures_of, report, tell_apart, train  # noqa: E402
 
 
-def chain(count: int, rng: np.random.Generator) -> SpanLesson:
+def chain(count: int, rng: np.random.Generator) -> LabelledPatches:
     """Return a strip of triangles, of which those beside one with a large first feature are wet.
 
     No triangle's own features say so: it takes a message from its neighbours.
     """
-    knots, triangles = (rng.normal(size=(n, k)) for n, k in ((count + 2, 14), (count, 32)))
+    points, triangles = (rng.normal(size=(n, k)) for n, k in ((count + 2, 14), (count, 32)))
     marked = rng.random(count) < 0.3
     triangles[:, 0] = 3.0 * marked
     beside = np.concatenate([marked[1:], [False]]) | np.concatenate([[False], marked[:-1]])
     numbers = np.arange(count)
     corners = numbers[:, None] + np.arange(3)
     graph = PatchGraph(
-        knots.astype(np.float32),
+        points.astype(np.float32),
         triangles.astype(np.float32),
         corners,
         np.maximum(np.arange(count + 2) - 1, 0),
@@ -39,7 +39,7 @@ def chain(count: int, rng: np.random.Generator) -> SpanLesson:
         np.zeros((2 * count - 2, 4), dtype=np.float32),
     )
     wet = beside.astype(np.float32)
-    return SpanLesson(graph, wet, wet, np.ones(count, dtype=np.float32))
+    return LabelledPatches(graph, wet, wet, np.ones(count, dtype=np.float32))
 
 
 def test_scores_in_order_tell_all_apart_and_chance_none():
@@ -58,39 +58,39 @@ def test_scores_in_order_tell_all_apart_and_chance_none():
     assert chance["precision"] == pytest.approx(0.5, abs=0.03)
 
 
-def test_a_judge_learns_what_only_neighbours_say():
+def test_a_classifier_learns_what_only_neighbours_say():
     rng = np.random.default_rng(1)
-    judge = train([chain(60, rng) for _ in range(12)], 0, steps_in_all=300)
+    classifier = train([chain(60, rng) for _ in range(12)], 0, steps_in_all=300)
     unseen = [chain(60, rng) for _ in range(4)]
-    figures = report(judge, unseen)
+    figures = report(classifier, unseen)
     assert figures["judged"]["auc"] > 0.95
-    own = figures_of(unseen, lambda lesson: lesson.graph.triangles[:, 0])
+    own = figures_of(unseen, lambda sketch: sketch.graph.triangles[:, 0])
     assert own["auc"] < 0.7  # what the triangles say of themselves is not enough
 
 
 @pytest.mark.parametrize("sketch", [None, 0])
-def test_a_lesson_says_which_spans_lie_in_liquid(toy_data: Path, sketch):
+def test_labels_say_which_patches_lie_in_liquid(toy_data: Path, sketch):
     item = load_items(toy_data, "train")[-1]
-    lesson = span_lesson(item, sketch)
-    assert lesson is not None and len(lesson.graph.corners) == len(lesson.samples) > 10
-    assert lesson.samples.min() >= 1
-    assert (lesson.near >= lesson.inside).all() and (lesson.inside >= 0).all()
-    assert 0.05 < np.average(lesson.inside, weights=lesson.samples) < 1
-    assert lesson.near.max() <= 1
-    same = span_lesson(item, sketch)
-    assert np.array_equal(same.inside, lesson.inside)
+    labelled = label_patches(item, sketch)
+    assert labelled is not None and len(labelled.graph.corners) == len(labelled.samples) > 10
+    assert labelled.samples.min() >= 1
+    assert (labelled.near >= labelled.inside).all() and (labelled.inside >= 0).all()
+    assert 0.05 < np.average(labelled.inside, weights=labelled.samples) < 1
+    assert labelled.near.max() <= 1
+    same = label_patches(item, sketch)
+    assert np.array_equal(same.inside, labelled.inside)
 
 
-def test_the_command_trains_and_writes_a_judge(toy_data: Path, run_command, tmp_path, capsys):
-    out = tmp_path / "spans.safetensors"
+def test_the_command_trains_and_writes_a_classifier(toy_data: Path, run_command, tmp_path, capsys):
+    out = tmp_path / "classifier.safetensors"
     arguments = (toy_data, "--out", out, "--minutes", 0.05, "--sketches", 1, "--workers", 1)
     assert run_command(train_patches.main, *arguments) == 0
     assert '"auc"' in capsys.readouterr().out
-    lessons = span_lessons(load_items(toy_data, "validation"), [None], 1)
+    sketches = label_all(load_items(toy_data, "validation"), [None], 1)
     assert (
         0
-        < figures_of(lessons, lambda x: load_patch_classifier(out).judge(x.graph)[:, 0])["auc"]
+        < figures_of(sketches, lambda x: load_patch_classifier(out).classify(x.graph)[:, 0])["auc"]
         <= 1
     )
     assert run_command(train_patches.main, tmp_path / "nothing", "--out", out) == 1
-    assert "training.simulate" in capsys.readouterr().err
+    assert "python -m training simulate" in capsys.readouterr().err

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Splashes of trial sketches, made as the add-on makes them."""
+"""The sketch bench: splashes of test sketches, made as the add-on makes them."""
 
 from __future__ import annotations
 
@@ -22,29 +22,28 @@ from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError
 from ..measures.shapes import attached_share, coverage, far_share, pieces, seen_liquid
 from .letters import PAGE_FRAME, letter_page
 
-FAR = 16 * LOCAL_SPACING
-"""Metres from all strokes where hardly any liquid belongs: sixteen full cells."""
+FAR_FROM_STROKES = 16 * LOCAL_SPACING
+"""Metres from all strokes beyond which hardly any liquid belongs: sixteen full cells."""
 
-
-SIZE = 0.275
+BENCH_SIZE = 0.275
 """Real size of the sketches, metres: leaves room in the box for strokes that are added."""
 
-SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
-"""Shares of the default size that are tried in turn."""
+SIZE_SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
+"""Shares of the default size that are tried in turn until a sketch fits."""
 
 
-class Studio:
+class SketchBench:
     """Makes splashes with one generator.
 
     Attributes
     ----------
-    generator : the weights on trial
-    settings : the add-on's defaults, but for the size, the resolution and where it runs
+    generator : the weights that are tried
+    settings : the add-on's defaults except for size, resolution and device
     """
 
     def __init__(self, generator: Generator, cells: int) -> None:
         self.generator = generator
-        self.settings = SplashSettings(real_size=SIZE, resolution=str(cells), device="CPU")
+        self.settings = SplashSettings(real_size=BENCH_SIZE, resolution=str(cells), device="CPU")
 
     def splash(
         self, drawings: Sequence[Drawing], frame: Frame | None = None, **changes: Any
@@ -63,7 +62,7 @@ class Studio:
 
         Sketches with most of their strokes at one end reach out of it at the default.
         """
-        for share in SHARES:
+        for share in SIZE_SHARES:
             try:
                 return self.splash(drawings, real_size=share * self.settings.real_size)
             except StrokeError as error:
@@ -94,11 +93,11 @@ def silhouette(splash: Splash) -> np.ndarray:
 
 
 def keeping_to_strokes(drawings: Sequence[Drawing], splash: Splash) -> dict[str, float]:
-    """Return how a splash keeps to its strokes.
+    """Return how well a splash keeps to its strokes.
 
     coverage : share of stroke cells with liquid within a cell; attached : share of the liquid
     in pieces that touch strokes; largest : share of it in the largest piece; occupied : share
-    of the box; far : share of the liquid farther than FAR from all strokes; outside :
+    of the box; far : share of the liquid farther than FAR_FROM_STROKES from all strokes; outside :
     share of the strokes outside the box, which can have no liquid (the pipeline allows a few).
     """
     wet, drawn = liquid(splash), stroke_cells(drawings, splash)
@@ -107,13 +106,13 @@ def keeping_to_strokes(drawings: Sequence[Drawing], splash: Splash) -> dict[str,
         "attached": attached_share(wet, drawn),
         "largest": pieces(wet)[0] / wet.sum() if wet.any() else 0.0,
         "occupied": float(wet.mean()),
-        "far": far_share(wet, drawn, FAR / splash.fields.grid.spacing),
+        "far": far_share(wet, drawn, FAR_FROM_STROKES / splash.fields.grid.spacing),
         "outside": outside_share(local_lines(drawings, splash), splash.fields.grid),
     }
 
 
 def worst(rows: dict[str, dict[str, float]]) -> dict[str, float]:
-    """Return of each figure of :func:`keeping_to_strokes` the worst."""
+    """Return the worst of each figure of :func:`keeping_to_strokes`."""
     highest = ("occupied", "far", "outside")
     names = ("coverage", "attached", "largest", *highest)
     return {n: (max if n in highest else min)(row[n] for row in rows.values()) for n in names}
