@@ -23,6 +23,7 @@ ROOMS = {
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),
     "training": (
+        "command_line",
         "scenes", "measures", "figures", "data", "simulation", "learning", "evaluation", "research",
     ),
 }  # fmt: skip
