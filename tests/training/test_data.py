@@ -27,6 +27,7 @@ from training.data.frames import (  # noqa: E402
     pack_scene,
     pack_velocity,
     scene_path,
+    seed_of,
     write_whole,
 )
 from training.data.items import load_items, split_of  # noqa: E402
@@ -35,6 +36,12 @@ from training.data.sketching import draw_strokes, trace_frame  # noqa: E402
 from training.data.stream import SampleSpecification, TrainingSamples, collate, stream  # noqa: E402
 
 TOY = SampleSpecification(cells=32, crop=32)
+
+
+@pytest.mark.parametrize("seed", [7, 999_999, 1_000_007, 123_456_789])
+def test_seeds_of_any_length_are_read_back(seed, tmp_path):
+    """Cut to six digits, a seed would lie in another split."""
+    assert seed_of(scene_path(tmp_path, seed)) == seed
 
 
 def made_up_frame(rng):

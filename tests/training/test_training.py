@@ -34,7 +34,10 @@ from training.data.stream import (  # noqa: E402
 from training.evaluation import evaluate  # noqa: E402
 from training.evaluation.answers import BASELINES  # noqa: E402
 from training.evaluation.baselines import best_radius, distance_to  # noqa: E402
-from training.learning import export  # noqa: E402
+from training.learning import (  # noqa: E402
+    export,
+    parallel,
+)
 from training.learning import train as train_module  # noqa: E402
 from training.learning.losses import sample_losses  # noqa: E402
 from training.learning.splash_learner import SplashConfig, SplashLearner, crop_each  # noqa: E402
@@ -177,6 +180,27 @@ def test_a_run_of_another_model_is_not_gone_on_with(tmp_path: Path):
     other = Run(CONFIG, toy_learner(), tmp_path / "run", {"kind": "paper"})
     with pytest.raises(ValueError, match="another --out"):
         other.load()
+
+
+@pytest.mark.parametrize("change", [{"cells": 64}, {"seed": 3}, {"batch": 4}, {"obstacle": 0.1}])
+def test_a_run_is_not_gone_on_with_under_other_settings(tmp_path: Path, change):
+    toy_run(tmp_path / "run").save()
+    with pytest.raises(ValueError, match=f"--{next(iter(change))}"):
+        toy_run(tmp_path / "run", **change).load()
+    toy_run(tmp_path / "run", minutes=20, checkpoint=1).load()
+
+
+def test_each_process_takes_a_gpu_of_its_own(monkeypatch):
+    taken = []
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 4)
+    monkeypatch.setattr(torch.cuda, "set_device", taken.append)
+    monkeypatch.setattr(parallel.dist, "init_process_group", lambda backend: None)
+    monkeypatch.setattr(parallel.dist, "get_rank", lambda: 6)
+    monkeypatch.setattr(parallel.dist, "get_world_size", lambda: 8)
+    monkeypatch.setenv("RANK", "6")
+    monkeypatch.setenv("LOCAL_RANK", "2")
+    assert parallel.start() == (6, 8) and taken == [2]
 
 
 def test_best_of_several_latents_is_trained(batches):

@@ -33,6 +33,9 @@ the surface, coarse where only a clipped distance is asked for."""
 NEAR_CODE = 9
 """Blocks that hold a code of at most this (distance < 1.5) have a velocity."""
 
+SCENE_PREFIX = "scene_"
+"""Before the seed in the names of scenes' files."""
+
 VELOCITY_STEP = 0.05
 """m/s of one unit of the stored velocity."""
 
@@ -160,4 +163,9 @@ def read_frame(data: Any, number: int) -> StoredFrame:
 
 def scene_path(directory: Path, seed: int) -> Path:
     """Return where the scene with this seed lies."""
-    return directory / f"scene_{seed:06d}.npz"
+    return directory / f"{SCENE_PREFIX}{seed:06d}.npz"
+
+
+def seed_of(path: Path) -> int:
+    """Return the seed of the scene that :func:`scene_path` named so, of however many digits."""
+    return int(path.stem.removeprefix(SCENE_PREFIX))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..scenes.bodies import Body, load_body
-from .frames import StoredFrame, load_frame, load_parameters
+from .frames import SCENE_PREFIX, StoredFrame, load_frame, load_parameters, seed_of
 
 SPLITS = ("train", "validation", "test")
 
@@ -41,7 +41,7 @@ class Item:
     @property
     def seed(self) -> int:
         """Seed of the scene."""
-        return int(self.scene.stem[-6:])
+        return seed_of(self.scene)
 
     def load(self) -> StoredFrame:
         """Read the frame."""
@@ -67,8 +67,8 @@ def load_items(data: Path, split: str) -> list[Item]:
 def list_items(data: Path, split: str) -> list[Item]:
     """Return the frames of one split, by scene and time."""
     items = []
-    for scene in sorted(data.glob("scene_*.npz")):
-        if split_of(int(scene.stem[-6:])) == split:
+    for scene in sorted(data.glob(f"{SCENE_PREFIX}*.npz")):
+        if split_of(seed_of(scene)) == split:
             parameters = load_parameters(scene)
             obstacle = load_body(parameters["obstacle"])
             for number, time in enumerate(parameters["times"]):

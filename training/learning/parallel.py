@@ -15,6 +15,8 @@ def start() -> tuple[int, int]:
     """Join the other processes that ``torchrun`` started; return own rank and their number."""
     if "RANK" not in os.environ:
         return 0, 1
+    if torch.cuda.is_available():  # each process on this machine has a GPU of its own
+        torch.cuda.set_device(int(os.environ.get("LOCAL_RANK", "0")) % torch.cuda.device_count())
     dist.init_process_group("nccl" if torch.cuda.is_available() else "gloo")
     return dist.get_rank(), dist.get_world_size()
 

@@ -54,6 +54,10 @@ class TrainConfig:
     seed: int = option(0, "of all random choices")
 
 
+MAY_CHANGE = ("minutes", "steps", "checkpoint")
+"""Settings with which a run may go on changed: how long it lasts, how often it is saved."""
+
+
 class Run:
     """A training run: a learner, what it is to do, and how far it has come."""
 
@@ -93,8 +97,25 @@ class Run:
         torch.save(state, aside)
         os.replace(aside, self.path)
 
+    def check_settings(self, begun: dict[str, Any]) -> None:
+        """Raise ValueError where a run would go on with other settings than it began with."""
+        now = asdict(self.config)
+        other = [
+            f"--{name} {begun[name]}, not {value}"
+            for name, value in now.items()
+            if name not in MAY_CHANGE and name in begun and begun[name] != value
+        ]
+        if other:
+            raise ValueError(
+                f"{self.path} was begun with {', '.join(other)}: choose another --out, or the "
+                "settings that it began with"
+            )
+
     def load(self) -> None:
-        """Go on from the checkpoint, if there is one; ValueError if it is another model's."""
+        """Go on from the checkpoint, if there is one.
+
+        Raises ValueError if it is another model's, or was begun with other settings.
+        """
         if not self.path.exists():
             return
         state = torch.load(self.path, weights_only=True, map_location="cpu")
@@ -104,6 +125,7 @@ class Run:
                     f"{self.path} is of another model ({name} {state.get(name)!r}, not "
                     f"{value!r}): choose another --out, or the settings that it began with"
                 )
+        self.check_settings(state["training"])
         self.learner.restore(state["learner"])
         self.steps, self.seconds = state["steps"], state["seconds"]
 
