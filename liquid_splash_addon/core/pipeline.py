@@ -43,6 +43,7 @@ class Splash:
     mesh : the surface, drawing units and drawing units per second
     fields : occupancy, distance, velocity on the local grid, SI
     frame : where the local box lies in the drawing
+    strokes : what it was made of, local metres and m/s
     warnings : sentences for the user
     drops : the free drops of its refinements, if there are any
     """
@@ -50,6 +51,7 @@ class Splash:
     mesh: Mesh
     fields: Fields
     frame: Frame
+    strokes: Sequence[Stroke] = ()
     warnings: list[str] = field(default_factory=list)
     drops: Drops | None = None
 
@@ -90,13 +92,13 @@ def make_splash(
     if not refinements and not obstacles:
         mesh = mesh_to_drawing(surface(fields, settings.surface_threshold), frame)
         report("Done", 1.0)
-        return Splash(mesh, fields, frame, warnings)
+        return Splash(mesh, fields, frame, local, warnings)
     from .refinement.stack import Refiner
 
     refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance)
     refined = refiner.refine(refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share))
     return Splash(
-        mesh_to_drawing(refined.mesh, frame), fields, frame, warnings + refined.warnings,
+        mesh_to_drawing(refined.mesh, frame), fields, frame, local, warnings + refined.warnings,
         drops_to_drawing(refined.cloud, frame),
     )  # fmt: skip
 

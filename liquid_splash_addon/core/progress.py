@@ -15,3 +15,8 @@ class Cancelled(Exception):  # noqa: N818 (not an error: the user wished it)
 
 def silent(stage: str, share: float) -> None:
     """Be the report that tells nobody and never stops."""
+
+
+def part_of(report: Report, first: float, last: float) -> Report:
+    """Make the report for a part of the work that goes from ``first`` to ``last``, within 0..1."""
+    return lambda stage, share: report(stage, first + share * (last - first))

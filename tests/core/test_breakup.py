@@ -131,7 +131,7 @@ def test_liquid_flows_where_the_generator_told_no_velocity():
 
 def test_what_is_stored_comes_back():
     after = broken(SLOW).round_off()
-    again = Fields.from_bytes(after.to_bytes())
+    again = Fields.from_arrays(after.to_arrays())
     for name in ("occupancy", "distance", "velocity"):
         assert (getattr(again, name) == getattr(after, name)).all()
 

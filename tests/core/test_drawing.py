@@ -10,6 +10,7 @@ from liquid_splash_addon.core.sketch.drawing import (
     estimate_velocity,
     strokes_from_drawings,
     tangents,
+    usable_drawings,
 )
 from liquid_splash_addon.core.sketch.strokes import StrokeError
 
@@ -92,8 +93,20 @@ def test_missing_times_fall_back_with_a_warning():
 def test_times_that_are_not_numbers():
     path, times = arc(2.0)
     times[3] = np.nan
-    with pytest.raises(StrokeError, match="times that are not numbers"):
+    with pytest.raises(StrokeError, match="time or pressure that is not a number"):
         strokes_from_drawings([Drawing(path, times)], SplashSettings())
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_drawings_that_cannot_be_used_are_left_out(place):
+    path, times = arc(2.0)
+    good, bad = Drawing(path, times), Drawing(np.zeros((1, 3)))
+    drawings = [good, good]
+    drawings.insert(place, bad)
+    strokes, warnings = strokes_from_drawings(drawings, SplashSettings(), 0.1)
+    assert len(strokes) == 2 and "Left out 1 stroke(s) of a single point" in warnings[0]
+    usable, left_out, _ = usable_drawings(drawings)
+    assert usable == [good, good] and left_out == [place]
 
 
 def test_a_closed_window_takes_the_direction_of_its_segment():

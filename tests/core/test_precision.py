@@ -119,3 +119,18 @@ def test_eight_bits_are_for_processors(name):
 
 def test_unknown_formats_are_not_usable():
     assert not is_usable("cpu", "float8")
+
+
+def test_a_format_that_is_hopeless_is_not_measured_to_the_end(monkeypatch):
+    """As bfloat16 on a processor without it."""
+    sides = []
+
+    def once(layers, device, dtype, side):
+        sides.append(side)
+        return 0.1 if dtype == torch.bfloat16 else 1e-4
+
+    monkeypatch.setattr(precision, "once", once)
+    assert precision.seconds("cpu", "bfloat16") > precision.HOPELESS
+    assert set(sides) == {precision.SMALL}
+    assert precision.seconds("cpu", "float32") == 1e-4
+    assert sides[-4:] == [precision.LARGE] * 4

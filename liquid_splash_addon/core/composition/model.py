@@ -8,12 +8,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..mesh.marching_cubes import level_surface
 from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
 from ..obstacles.obstacles import Obstacle, digest, outside_obstacles
 from ..progress import Report, silent
 from ..refinement.drop_meshes import DropCloud
-from ..refinement.settings import WaveSettings
+from ..refinement.settings import RefinementSettings, WaveSettings
+from ..refinement.stack import Refiner
 from ..refinement.waves import WaveMesh, prepare, propagate, wave_edge
 from ..settings import ModelSettings
 from ..sketch.local_frame import Frame
@@ -39,6 +41,15 @@ class Part:
     name: Hashable
     placed: Placed
     cloud: DropCloud
+
+
+def refined_part(
+    name: Hashable, refiner: Refiner, steps: Sequence[RefinementSettings], frame: Frame
+) -> Part:
+    """Return a splash after ``steps``, waves left out: the model adds its own after joining."""
+    detail = refiner.liquid(steps)
+    mesh = level_surface(detail.liquid.level, detail.liquid.velocity, detail.liquid.grid)
+    return Part(name, Placed(detail.liquid, frame, mesh), detail.cloud)
 
 
 @dataclass(frozen=True)

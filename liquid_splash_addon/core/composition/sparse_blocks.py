@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..grid import Grid
 from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..grid import Grid
 from ..liquid.fields import AIR
 from ..liquid.smooth_csg import smooth_union

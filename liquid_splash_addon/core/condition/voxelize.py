@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..grid import LOCAL_SPACING, Grid
 from ..sketch.strokes import Stroke, resampled_points
 from .channels import CHANNELS, PATCH, STROKE, STROKE_OCCUPANCY

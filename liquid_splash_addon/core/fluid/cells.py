@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.cell_list import counting_sort
 
 BLOCK = 8

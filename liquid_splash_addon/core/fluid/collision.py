@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numba import njit
+
+from ..compiling import njit
 
 COLLISION_SKIN = 0.1
 """Particles are kept this many cells outside of solids."""

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from .cells import Cells
 from .particles import Particles
 from .transfer import face_corner, load_stencil

@@ -12,8 +12,8 @@ Compare Ando, Thuerey and Tsuruno 2012, who insert particles by the positions of
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from .cells import Cells, find
 from .particles import Particles
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.trilinear import trilinear, velocity_at
 
 LINE_STEP = 0.5

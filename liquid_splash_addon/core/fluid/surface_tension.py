@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from .cells import Cells
 from .density import volume_share
 from .particles import Particles

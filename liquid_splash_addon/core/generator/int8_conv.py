@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import torch
-from numba import njit
 from torch import Tensor, nn
 
+from ..compiling import njit
 from ..numeric.threads import in_parts
 from .bfloat16 import bits
 from .layers import bias_sum

@@ -6,12 +6,11 @@ torch is imported only where it is used: the add-on must be able to say that it 
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..packages import load
 from .weights_file import (
-    TorchMissingError,
     WeightsError,
     default_weights_path,
     read_file,
@@ -25,13 +24,18 @@ if TYPE_CHECKING:
     from .splash_unet import SplashNetwork
 
 
-def torch_is_installed() -> bool:
-    """Tell whether torch and safetensors can be imported, without importing them."""
-    return all(importlib.util.find_spec(name) is not None for name in ("torch", "safetensors"))
+def load_torch() -> None:
+    """Import what the networks need. Raises PackageError where it is missing or broken."""
+    for module in ("torch", "safetensors"):
+        load(module)
 
 
 def pick_device(setting: str) -> str:
-    """Return the torch device for a ``SplashSettings.device``; WeightsError if there is none."""
+    """Return the torch device for a ``SplashSettings.device``.
+
+    Raises WeightsError if there is none, PackageError.
+    """
+    load_torch()
     import torch
 
     found = {
@@ -55,16 +59,11 @@ def load_generator(
 
     Its patch classifier is the one beside the weights, or else the bundled one.
 
-    Raises TorchMissingError; WeightsError for a file that is missing, damaged, not ours or of
+    Raises PackageError; WeightsError for a file that is missing, damaged, not ours or of
     another training than its classifier; ValueError for a precision that the device does not
     support (``precision.is_usable``).
     """
-    if not torch_is_installed():
-        raise TorchMissingError("PyTorch and safetensors are not installed in Blender's Python")
-    try:
-        import torch  # noqa: F401 (its libraries may fail to load where it is installed)
-    except (ImportError, OSError) as error:
-        raise TorchMissingError(f"PyTorch is installed but does not load: {error}") from error
+    load_torch()
     from .generator import Generator
     from .patch_classifier import load_patch_classifier, patch_classifier_path
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from numba import njit
 from torch import Tensor
 
+from ..compiling import njit
 from ..numeric.threads import in_parts
 from .bfloat16 import bits
 

@@ -14,6 +14,12 @@ DTYPES = {"float32": torch.float32, "bfloat16": torch.bfloat16}
 WORTHWHILE = 0.8
 """A coarser format is used if it takes at most this share of the time."""
 
+SMALL, LARGE = 8, 32
+"""Cells along each side of what is convolved to measure it, roughly and well."""
+
+HOPELESS = 2.0
+"""Seconds for LARGE from which a format is of no use on any device."""
+
 
 class Precision(NamedTuple):
     """A number format: ``dtype``, and whether large convolutions run in ``eight_bits`` instead."""
@@ -57,22 +63,30 @@ def prepare(network: Network, device: str, precision: str) -> Network:
 def seconds(device: str, precision: str, repeats: int = 3) -> float:
     """Return the least time of a convolution like the networks' own, in seconds.
 
-    Infinite where the device has no kernel for it.
+    Infinite where the device has no kernel for it; estimated where it would take too long.
     """
     layers = torch.nn.Sequential(torch.nn.Conv3d(32, 32, 3, padding=1))
-    best = float("inf")
     try:
         layers = prepare(layers, device, precision)
-        x = torch.ones((1, 32, 32, 32, 32), device=device, dtype=PRECISIONS[precision].dtype)
-        x = x.to(memory_format=torch.channels_last_3d)
-        with torch.inference_mode():
-            for _ in range(repeats + 1):  # the first one builds kernels
-                start = time.perf_counter()
-                float(layers(x).sum())  # waits for the device
-                best = min(best, time.perf_counter() - start)
+        dtype = PRECISIONS[precision].dtype
+        # A processor without bfloat16 takes hundreds of times as long: a part of it shows that.
+        rough = [once(layers, device, dtype, SMALL) for _ in range(2)][1]
+        estimate = rough * (LARGE / SMALL) ** 3
+        if estimate > HOPELESS:
+            return estimate
+        return min(once(layers, device, dtype, LARGE) for _ in range(repeats + 1))
     except (NotImplementedError, RuntimeError, TypeError, ValueError):  # as their kernels say
         return float("inf")
-    return best
+
+
+@torch.inference_mode()
+def once(layers: torch.nn.Module, device: str, dtype: torch.dtype, side: int) -> float:
+    """Return the time of ``layers`` on ``side``^3 cells, in seconds. The first builds kernels."""
+    x = torch.ones((1, 32, side, side, side), device=device, dtype=dtype)
+    x = x.to(memory_format=torch.channels_last_3d)
+    start = time.perf_counter()
+    float(layers(x).sum())  # waits for the device
+    return time.perf_counter() - start
 
 
 def fastest_precision(device: str) -> str:

@@ -32,10 +32,6 @@ class WeightsError(ValueError):
     """A weights file that cannot be used; the message says what to do."""
 
 
-class TorchMissingError(ImportError):
-    """torch or safetensors is not installed in this Python."""
-
-
 def default_weights_path() -> Path:
     """Return where the bundled weights lie."""
     return Path(__file__).resolve().parents[2] / "weights" / "generator.safetensors"

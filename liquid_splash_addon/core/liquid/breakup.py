@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..fluid.surface_tension import WATER
 from ..grid import LOCAL_SPACING
 from ..numeric.box_filter import mean_around

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..grid import LOCAL_SPACING
 from ..numeric.box_filter import mean_around
 from ..numeric.threads import in_parts

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import io
-import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from zipfile import BadZipFile
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..grid import Grid
 
 PHI_CELLS = 4.0
@@ -46,7 +44,7 @@ class Fields:
         return np.asarray(np.clip(0.5 - self.distance / PHI_CELLS, 0.0, 1.0))
 
     def round_off(self) -> Fields:
-        """Return the fields as they come back from :meth:`to_bytes`.
+        """Return the fields as they come back from :meth:`to_arrays`.
 
         What is made of these now can be made again, exactly, from a saved file.
         """
@@ -57,43 +55,41 @@ class Fields:
         velocity[:, near] = self.velocity[:, near].astype(np.float16)
         return Fields(_rounded_shares(self.occupancy), distance, velocity, self.grid)
 
-    def to_bytes(self) -> bytes:
-        """Return a compressed copy (a megabyte or two), see :meth:`from_bytes`.
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return what is stored of the fields, by name, see :meth:`from_arrays`.
 
         Occupancy keeps 8 bits, distance and velocity 16; velocity is kept near the liquid.
         """
         near = self.distance < AIR
-        buffer = io.BytesIO()
-        np.savez_compressed(
-            buffer,
-            occupancy=np.round(self.occupancy * 255).astype(np.uint8),
-            near=np.packbits(near),
-            distance=self.distance[near].astype(np.float16),
-            velocity=self.velocity[:, near].astype(np.float16),
-            shape=np.array(self.grid.shape),
-            placing=np.array([self.grid.spacing, *self.grid.origin]),
-        )
-        return buffer.getvalue()
+        return {
+            "occupancy": np.round(self.occupancy * 255).astype(np.uint8),
+            "near": np.packbits(near),
+            "distance": self.distance[near].astype(np.float16),
+            "velocity": self.velocity[:, near].astype(np.float16),
+            "shape": np.array(self.grid.shape),
+            "placing": np.array([self.grid.spacing, *self.grid.origin]),
+        }
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> Fields:
-        """Return the fields stored by :meth:`to_bytes`; ValueError if ``data`` is no such thing."""
-        try:
-            with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-                arrays = {name: stored[name] for name in stored.files}
-            shape = tuple(int(n) for n in arrays["shape"])
-            spacing, *origin = (float(value) for value in arrays["placing"])
-            count = int(np.prod(shape))
-            near = np.unpackbits(arrays["near"], count=count).astype(bool).reshape(shape)
-            distance = np.full(shape, AIR, dtype=np.float32)
-            distance[near] = arrays["distance"]
-            velocity = np.zeros((3, *shape), dtype=np.float32)
-            velocity[:, near] = arrays["velocity"]
-        except (ValueError, KeyError, EOFError, OSError, BadZipFile, zlib.error) as error:
-            raise ValueError("these bytes are no stored splash: generate it again") from error
-        occupancy = arrays["occupancy"].astype(np.float32) / 255
-        grid = Grid((shape[0], shape[1], shape[2]), spacing, (origin[0], origin[1], origin[2]))
-        return cls(occupancy, distance, velocity, grid)
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Fields:
+        """Return the fields of which :meth:`to_arrays` stored these.
+
+        Raises ValueError or KeyError if they are no such arrays.
+        """
+        x, y, z = (int(n) for n in arrays["shape"])
+        spacing, *origin = (float(value) for value in arrays["placing"])
+        near = np.unpackbits(arrays["near"], count=x * y * z).astype(bool).reshape(x, y, z)
+        distance = np.full((x, y, z), AIR, dtype=np.float32)
+        distance[near] = arrays["distance"]
+        velocity = np.zeros((3, x, y, z), dtype=np.float32)
+        velocity[:, near] = arrays["velocity"]
+        occupancy = (arrays["occupancy"].astype(np.float32) / 255).reshape(x, y, z)
+        return cls(
+            occupancy,
+            distance,
+            velocity,
+            Grid((x, y, z), spacing, (origin[0], origin[1], origin[2])),
+        )
 
 
 def clip_to_band(

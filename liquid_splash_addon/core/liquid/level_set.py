@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..fluid.surface import redistance
 from ..grid import Grid
 from ..numeric.trilinear import velocity_at

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.cell_list import cell_list
 from .signed_distance import closest_on_triangle, vertical_hit
 

@@ -6,8 +6,7 @@ A walk cannot jump to the other side of a thin sheet, as a search in space would
 
 from __future__ import annotations
 
-from numba import njit
-
+from ..compiling import njit
 from .halfedge import following
 
 MOST_CROSSINGS = 32

@@ -9,8 +9,8 @@ one half-edge out of each vertex (-1: the vertex is deleted), ``valence`` how ma
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.cell_list import counting_sort
 
 
@@ -57,7 +57,8 @@ def _pair(start, twin, count):
 @njit(cache=True)
 def _one_fan_each(start, twin, count):
     """Give every fan of faces a vertex of its own; return the old vertex of each."""
-    old = np.empty(len(start), dtype=np.int32)
+    # All vertices, those without faces too, and at most a fan for each half-edge besides.
+    old = np.empty(count + len(start), dtype=np.int32)
     taken = np.zeros(count, dtype=np.bool_)
     seen = np.zeros(len(start), dtype=np.bool_)
     for v in range(count):

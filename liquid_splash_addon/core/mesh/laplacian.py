@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.cell_list import counting_sort
 from ..numeric.triangles import cross_edges, squared_length
 

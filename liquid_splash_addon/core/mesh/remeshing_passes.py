@@ -7,8 +7,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.triangles import cross_edges, squared_length
 from .closest_point_walk import walk_to_closest
 from .halfedge import (

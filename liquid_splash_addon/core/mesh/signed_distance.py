@@ -9,8 +9,8 @@ that is the winding number of a closed mesh, and it allows for overlapping parts
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..numeric.triangles import cross_edges
 
 EXACT = 2.0

@@ -7,7 +7,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ..compiling import njit
 
 
 @njit(cache=True, nogil=True)

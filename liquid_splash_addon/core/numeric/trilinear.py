@@ -8,7 +8,8 @@ nearest point between them are taken.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ..compiling import njit
 
 
 @njit(cache=True, inline="always")

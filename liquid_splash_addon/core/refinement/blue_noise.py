@@ -6,7 +6,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
+
+from ..compiling import njit
 
 LEAST_GAP = 0.75
 """Least distance of two points over the edge of the cube that each represents: darts still find

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..liquid.fields import PHI_CELLS
 from ..liquid.level_set import LevelSet
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..fluid.cells import Cells, activate, find
 from ..liquid.fields import AIR
 from .pbf import PbfParticles

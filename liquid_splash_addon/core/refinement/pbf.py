@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from .pairs import SUPPORT, find_pairs
 
 DENSITY_ITERATIONS = 2

@@ -26,6 +26,7 @@ from .settings import (
     RuptureSettings,
     WaveSettings,
 )
+from .stored_splash import Applied
 from .waves import WaveMesh, prepare, propagate, wave_edge
 
 CHANGES: dict[type[RefinementSettings], Callable[[LevelSet, Any], Detail]] = {
@@ -65,6 +66,11 @@ def liquid_steps(steps: Sequence[RefinementSettings]) -> Steps:
     return tuple(step for step in steps if type(step) in CHANGES)
 
 
+def wave_steps(steps: Sequence[RefinementSettings]) -> tuple[WaveSettings, ...]:
+    """Return the waves among ``steps``."""
+    return tuple(step for step in steps if isinstance(step, WaveSettings))
+
+
 class Refiner:
     """Refines one splash, again whenever its list changes.
 
@@ -78,13 +84,19 @@ class Refiner:
         threshold: float = 0.5,
         obstacles: Sequence[Obstacle] = (),
         offset: float = OFFSET,
+        applied: Applied | None = None,
     ) -> None:
         """Take a splash and its obstacles.
 
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
-        cells of air around them.
+        cells of air around them; applied : refinements that were applied to it, which come
+        before all others.
         """
         self.base = Detail(LevelSet.of(fields, threshold))
+        self.applied_waves: tuple[WaveSettings, ...] = ()
+        if applied is not None:
+            self.base = Detail(LevelSet.of(applied.fields), cloud=applied.cloud)
+            self.applied_waves = applied.waves
         self.obstacles, self.offset = obstacles, offset
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}
@@ -99,8 +111,8 @@ class Refiner:
         """
         report = report or silent
         solid = liquid_steps(steps)
-        waves = tuple(step for step in steps if isinstance(step, WaveSettings))
-        count = len(steps) + 1
+        waves = (*self.applied_waves, *wave_steps(steps))
+        count = len(solid) + len(waves) + 1
         details = self._run(solid, report, count)
         report("Building surface", len(solid) / count)
         mesh = self._surface(details[-1].liquid, solid)
@@ -129,6 +141,16 @@ class Refiner:
             [warning for detail in details for warning in detail.warnings],
             self._free(details),
         )
+
+    def applied(self, steps: Sequence[RefinementSettings]) -> Applied:
+        """Return what is kept when ``steps`` are applied: obstacles are not carved out yet."""
+        solid = liquid_steps(steps)
+        details = self._run(solid, silent, len(solid) + 1)
+        cloud = DropCloud.empty()
+        for detail in details:
+            cloud = cloud.joined(detail.cloud)
+        waves = (*self.applied_waves, *wave_steps(steps))
+        return Applied(details[-1].liquid.fields(), cloud, waves)
 
     def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
         """Return the splash before and after each of the ``solid`` steps.

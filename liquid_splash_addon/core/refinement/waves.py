@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from ..compiling import njit
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
 from ..mesh.local_thickness import thickness_and_clearance
 from ..mesh.mesh import Mesh

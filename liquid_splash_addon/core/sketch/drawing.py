@@ -10,7 +10,7 @@ import numpy as np
 
 from ..settings import SplashSettings
 from .local_frame import longest_side
-from .strokes import Stroke, StrokeError, arc_length, check_strokes
+from .strokes import Stroke, StrokeError, arc_length
 
 VELOCITY_WINDOW = 0.06
 """Seconds over which speed is estimated. Recorded times jitter by an event or two (11-45 ms)."""
@@ -116,14 +116,14 @@ def segment_directions(points: np.ndarray) -> np.ndarray:
 def strokes_from_drawings(
     drawings: Sequence[Drawing], settings: SplashSettings, scale: float | None = None
 ) -> tuple[list[Stroke], list[str]]:
-    """Give every drawing its velocities by ``settings.speed_source``; drop nothing silently.
+    """Give every drawing its velocities by ``settings.speed_source``.
 
     scale : local metres per drawing unit; by default from ``settings.real_size``.
 
     Returns the strokes (drawing units, drawing units per second) and warnings for the user.
-    Raises StrokeError where a drawing holds no usable points.
+    Drawings that cannot be used are left out with a warning. Raises StrokeError where none is left.
     """
-    check_drawings(drawings)
+    drawings, _, left_out = usable_drawings(drawings)
     if scale is None:
         scale = drawing_scale(drawings, settings.real_size)
     strokes, untimed, unpressed = [], 0, 0
@@ -140,7 +140,7 @@ def strokes_from_drawings(
                     hand_speed = hand_speed * drawing.pressures
             velocities = hand_speed[:, None] * tangents(drawing.points)
         strokes.append(Stroke(drawing.points, velocities))
-    warnings = []
+    warnings = left_out
     for count, lack in ((untimed, "recorded time"), (unpressed, "pressure")):
         if count:
             warnings.append(
@@ -157,11 +157,36 @@ def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
     return real_size / longest_side([np.asarray(d.points, dtype=np.float64) for d in drawings])
 
 
-def check_drawings(drawings: Sequence[Drawing]) -> None:
-    """Raise StrokeError with advice if any drawing has no usable points."""
-    check_strokes([Stroke(d.points, np.zeros_like(d.points, dtype=np.float32)) for d in drawings])
-    for number, drawing in enumerate(drawings, start=1):
-        for name in ("times", "pressures"):
-            values = getattr(drawing, name)
-            if values is not None and not np.isfinite(values).all():
-                raise StrokeError(f"Stroke {number} has {name} that are not numbers: remove it")
+def fault_of(drawing: Drawing) -> str:
+    """Return why no stroke can be made of a drawing, in a few words; "" if one can."""
+    points = np.asarray(drawing.points, dtype=np.float64)
+    if len(points) < 2:
+        return "of a single point"
+    given = [values for values in (drawing.times, drawing.pressures) if values is not None]
+    if not all(np.isfinite(values).all() for values in (points, *given)):
+        return "with a position, time or pressure that is not a number"
+    if arc_length(points.astype(np.float32))[-1] <= 0:
+        return "without length"
+    return ""
+
+
+def usable_drawings(drawings: Sequence[Drawing]) -> tuple[list[Drawing], list[int], list[str]]:
+    """Leave out the drawings of which no stroke can be made: a tap of the pen leaves one.
+
+    Returns the others, the places in ``drawings`` of those left out, and warnings about them.
+    Raises StrokeError, with advice, where none is left.
+    """
+    faults = [fault_of(drawing) for drawing in drawings]
+    usable = [drawing for drawing, fault in zip(drawings, faults, strict=True) if not fault]
+    if not drawings:
+        raise StrokeError("Draw at least one stroke first")
+    if not usable:
+        raise StrokeError(
+            f"None of the {len(drawings)} stroke(s) can be used, the first is one {faults[0]}: "
+            "draw a longer one"
+        )
+    warnings = [
+        f"Left out {faults.count(fault)} stroke(s) {fault}: Select Strokes shows them"
+        for fault in dict.fromkeys(filter(None, faults))
+    ]
+    return usable, [n for n, fault in enumerate(faults) if fault], warnings

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 
-from liquid_splash_addon.core.mesh.halfedge import NotClosedError
+from liquid_splash_addon.core.mesh.halfedge import NotClosedError, connect
 from liquid_splash_addon.core.mesh.remeshing import isotropic
 from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from tests.core.refinement.level_meshes import CELL, bowl, mesh_of, planet
@@ -167,6 +167,20 @@ def test_far_too_coarse_and_far_too_fine():
     fine = isotropic(vertices, faces, 0.03)
     assert is_manifold(fine.faces)
     assert 8000 < len(fine.faces) < 40000
+
+
+def test_vertices_without_faces_are_no_trouble():
+    """There may be more of them than half-edges."""
+    vertices, faces = OCTAHEDRON
+    stray = np.concatenate([vertices, np.random.default_rng(0).normal(size=(500, 3))])
+    start, twin, old = connect(faces, len(stray))
+    assert len(old) == len(stray) and (old == np.arange(len(stray))).all()
+    assert (twin[twin] == np.arange(len(start))).all()
+    new = isotropic(stray, faces, 0.4)
+    assert is_manifold(new.faces) and np.isfinite(new.vertices).all()
+    alone = isotropic(vertices, faces, 0.4)
+    volumes = [enclosed_volume(mesh.vertices, mesh.faces) for mesh in (new, alone)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-6)
 
 
 def test_a_vertex_where_two_bodies_touch_is_parted():

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ...compiling import njit
 from ...numeric.triangles import face_normals
 from ...sketch.strokes import Stroke, resample
 

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the code that numba compiles is kept, so that each machine compiles it once.
+
+numba notices when a function changes, but not when another that it calls does. So the code is kept
+in a folder named by all of core's sources. Needs no numba: numba asks where when it is imported.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from importlib import metadata
+from pathlib import Path
+
+CORE = Path(__file__).parent
+
+VARIABLE = "NUMBA_CACHE_DIR"
+"""Where numba reads the folder from."""
+
+DIGITS = 8
+"""Of a folder's name: Windows bounds the length of a path."""
+
+OURS = re.compile(rf"[0-9a-f]{{{DIGITS}}}")
+"""Names of the folders, also those of other versions."""
+
+PROBE = bytes(1 << 20)
+"""What is written to see whether there is room: a disk that is full still takes empty files."""
+
+_folder: Path | None = None
+_temporary: Path | None = None
+_note = ""
+
+
+def sources_hash() -> str:
+    """Return what tells this core, with this numba, from any other."""
+    found = hashlib.sha256(numba_version().encode())
+    for path in sorted(CORE.rglob("*.py")):
+        found.update(path.relative_to(CORE).as_posix().encode() + b"\0")
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()[:DIGITS]
+
+
+def numba_version() -> str:
+    """Return the version of numba, without importing it; nothing if it is not known."""
+    try:
+        return metadata.version("numba")
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def keep_below(parent: Path) -> None:
+    """Keep compiled code in a folder in ``parent``, of these sources; drop those of others.
+
+    Where that cannot be written, it is kept in a temporary folder, and :func:`note` says so. The
+    user's own NUMBA_CACHE_DIR has precedence. To be called before numba is imported by core.
+    """
+    global _folder
+    if VARIABLE in os.environ:
+        return
+    name = sources_hash()
+    is_new = not (parent / name).is_dir()
+    try:
+        check_room(parent / name)
+    except OSError as error:
+        _folder = temporary(parent, error)
+    else:
+        _folder = parent / name
+        if is_new:
+            drop_others(_folder)
+    if _folder is not None:
+        tell_numba(str(_folder))
+        os.environ[VARIABLE] = str(_folder)
+
+
+def check_room(folder: Path) -> None:
+    """Make ``folder`` if it is not there. Raises OSError where nothing can be written in it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
+        file.write(PROBE)
+
+
+def temporary(parent: Path, error: OSError) -> Path | None:
+    """Return a temporary folder, as ``parent`` cannot be written; None where none can be."""
+    global _temporary
+    reason = error.strerror or type(error).__name__
+    try:
+        # Not one of a known name: what lies in it is run, and others may write there too.
+        _temporary = Path(tempfile.mkdtemp(prefix="liquid_splash_"))
+        check_room(_temporary)
+    except OSError:
+        drop_temporary()
+    explain(f"Compiled code cannot be kept in {parent} ({reason})")
+    return _temporary
+
+
+def drop_others(folder: Path) -> None:
+    """Delete the folders of other versions beside ``folder``, as far as that is possible."""
+    for path in folder.parent.iterdir():
+        if path != folder and OURS.fullmatch(path.name) and path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def drop_temporary() -> None:
+    """Delete the temporary folder, if there is one."""
+    global _temporary
+    if _temporary is not None:
+        shutil.rmtree(_temporary, ignore_errors=True)
+    _temporary = None
+
+
+def tell_numba(folder: str) -> None:
+    """Let a numba that is imported already, by another add-on, know of the folder."""
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = folder
+
+
+def forget() -> None:
+    """Undo :func:`keep_below`, except for what is kept where it can stay."""
+    global _folder, _note
+    if _folder is not None and os.environ.get(VARIABLE) == str(_folder):
+        del os.environ[VARIABLE]
+        tell_numba("")
+    _folder, _note = None, ""
+    drop_temporary()
+
+
+def explain(reason: str) -> None:
+    """Set the note."""
+    global _note
+    _note = f"{reason}, so the first splash after each start of Blender takes long"
+
+
+def note() -> str:
+    """Return a sentence for the user if compiled code is not kept, else nothing."""
+    return _note
+
+
+def folder() -> Path | None:
+    """Return where compiled code is kept; None where that is not ours to say."""
+    return _folder
+
+
+def is_complete() -> bool:
+    """Whether all was compiled ahead that this machine needs."""
+    return _folder is not None and marker(_folder).is_file()
+
+
+def marker(folder: Path) -> Path:
+    """Return the file that says of ``folder`` that it is complete, for this machine and Python."""
+    machine = f"{platform.node()} {platform.machine()} {sys.implementation.cache_tag}"
+    return folder / f"complete-{hashlib.sha256(machine.encode()).hexdigest()[:DIGITS]}"

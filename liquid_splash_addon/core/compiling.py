@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""numba's ``njit`` as core uses it: no trouble with kept code ever ends a computation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from . import compiled_code
+from .packages import load
+
+numba = load("numba")
+
+from numba.core.caching import FunctionCache  # noqa: E402 (only where numba loads)
+from numba.core.sigutils import normalize_signature  # noqa: E402
+
+
+class KeptCode(FunctionCache):
+    """The code kept of one function. What cannot be read or written is compiled and not kept."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for argument types; None if it is not there, damaged or another's."""
+        try:
+            found = super().load_overload(sig, target_context)
+        except Exception:  # unpickling a damaged file raises anything
+            return None
+        # Two processes that save at once, for two lists of types, may mix up their files.
+        is_meant = found is not None and tuple(found.signature.args) == normalize_signature(sig)[0]
+        return found if is_meant else None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep code."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            compiled_code.explain(f"Compiled code cannot be kept ({error.strerror})")
+        except Exception:  # of a damaged index, which is read before it is written
+            self.start_anew()
+
+    def start_anew(self) -> None:
+        """Empty the index; what it named is compiled once more."""
+        try:
+            self.flush()
+        except OSError as error:
+            compiled_code.explain(f"Compiled code cannot be kept ({error.strerror})")
+
+
+def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator that compiles a function, with numba's ``options``.
+
+    cache : whether its compiled code is kept.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if cache:
+            try:
+                dispatcher._cache = KeptCode(function)
+            except (OSError, RuntimeError):  # no folder at all that could be written
+                compiled_code.explain("Compiled code cannot be kept")
+        return dispatcher
+
+    return compiled

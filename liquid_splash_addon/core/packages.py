@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Python packages that core computes with: whether they are there, and whether they work."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.machinery
+import importlib.util
+from types import ModuleType
+
+PACKAGES = {
+    "torch": "torch",
+    "safetensors": "safetensors",
+    "skimage": "scikit-image",
+    "scipy": "scipy",
+    "numba": "numba",
+}
+"""Names in the package index, by the names of the modules."""
+
+ADVICE = "The Splash tab in the sidebar shows how"
+
+_broken: dict[str, str] = {}
+"""Why modules did not load, by name. A second try would fail elsewhere, without the reason."""
+
+
+class PackageError(ImportError):
+    """A package is missing or broken; the message says what to do."""
+
+
+def is_installed(module: str) -> bool:
+    """Tell whether a module of the top level can be found, without importing it."""
+    try:
+        spec = importlib.util.find_spec(module)
+    except ValueError:  # some other add-on's stand-in of this name was imported, without a spec
+        spec = importlib.machinery.PathFinder.find_spec(module)
+    # Any folder of that name, even an empty one, is a package without an origin.
+    return spec is not None and spec.origin is not None
+
+
+def broken_packages() -> list[str]:
+    """List the packages that did not load, by their names in the package index."""
+    return [PACKAGES[module] for module in _broken]
+
+
+def load(module: str) -> ModuleType:
+    """Import a module of PACKAGES. Raises PackageError where it is missing or broken."""
+    if module not in _broken:
+        if not is_installed(module):
+            raise PackageError(f"Not installed: {PACKAGES[module]}. {ADVICE}")
+        try:
+            return importlib.import_module(module)
+        except Exception as error:  # of any kind: ValueError where it is for another NumPy
+            _broken[module] = first_line(error)
+            raise broken(module) from error
+    raise broken(module)
+
+
+def broken(module: str) -> PackageError:
+    """Return the error for a module that did not load."""
+    return PackageError(
+        f"The package {PACKAGES[module]} is broken ({_broken[module]}): install it again, then "
+        f"restart Blender. {ADVICE}"
+    )
+
+
+def advice_for(error: ImportError) -> str:
+    """Return what to tell a user of any error of importing."""
+    module = (error.name or "").partition(".")[0]
+    if isinstance(error, PackageError) or module not in PACKAGES:
+        return str(error)
+    _broken.setdefault(module, first_line(error))
+    return str(broken(module))
+
+
+def first_line(error: Exception) -> str:
+    """Return the beginning of an error's message, or its kind if it has none."""
+    return next(iter(str(error).strip().splitlines()), "") or type(error).__name__

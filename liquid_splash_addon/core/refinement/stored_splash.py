@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a file keeps of a splash, in one versioned and compressed container.
+
+A container is an .npz archive of plain arrays. It holds the generator's fields and the strokes that
+they were made of, and, once refinements were applied, the refined liquid.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..liquid.fields import Fields
+from ..mesh.mesh import Mesh
+from ..sketch.strokes import Stroke
+from .drop_meshes import DropCloud
+from .settings import WaveSettings
+
+VERSION = 1
+"""Of the container. Files from before have none: they hold the fields' arrays alone."""
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Refinements that were applied: no longer in the list, but kept.
+
+    Attributes
+    ----------
+    fields : the refined liquid, before obstacles are carved out; its surface is at 0.5
+    cloud : the drops that fly free
+    waves : the waves on its mesh, first to last
+    """
+
+    fields: Fields
+    cloud: DropCloud
+    waves: tuple[WaveSettings, ...] = ()
+
+
+@dataclass(frozen=True)
+class StoredSplash:
+    """A splash as it is stored.
+
+    Attributes
+    ----------
+    fields : what the generator gave, rounded as :meth:`Fields.round_off` does
+    strokes : what it was made of, local metres and m/s; none in files from before they were kept
+    applied : the refinements that were applied to it, if there are any
+    """
+
+    fields: Fields
+    strokes: Sequence[Stroke] = field(default_factory=tuple)
+    applied: Applied | None = None
+
+    def to_bytes(self) -> bytes:
+        """Return the container, a megabyte or two."""
+        arrays = {"version": np.array(VERSION)}
+        arrays |= prefixed("fields", self.fields.to_arrays())
+        arrays |= prefixed("strokes", stroke_arrays(self.strokes))
+        if self.applied is not None:
+            arrays |= prefixed("applied", self.applied.fields.to_arrays())
+            arrays |= prefixed("cloud", cloud_arrays(self.applied.cloud))
+            waves = json.dumps([asdict(step) for step in self.applied.waves])
+            arrays["waves"] = np.frombuffer(waves.encode(), dtype=np.uint8)
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **arrays)
+        return buffer.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> StoredSplash:
+        """Return the splash of a container; ValueError if ``data`` is none that can be read."""
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files}
+            version = int(arrays.get("version", np.array(0)))
+            if version == 0:
+                return cls(Fields.from_arrays(arrays))
+            if version <= VERSION:
+                return read_arrays(arrays)
+        except (
+            ValueError,
+            KeyError,
+            TypeError,
+            EOFError,
+            OSError,
+            BadZipFile,
+            zlib.error,
+        ) as error:
+            raise ValueError("The stored liquid is damaged: generate the splash again") from error
+        raise ValueError(
+            "The splash was stored by a later version of Liquid Splash: update the extension, or "
+            "generate the splash again"
+        )
+
+
+def read_arrays(arrays: Mapping[str, np.ndarray]) -> StoredSplash:
+    """Return the splash of a container's arrays; KeyError or ValueError if they are incomplete."""
+    applied = None
+    if "waves" in arrays:
+        waves = json.loads(arrays["waves"].tobytes())
+        applied = Applied(
+            Fields.from_arrays(without_prefix("applied", arrays)),
+            read_cloud(without_prefix("cloud", arrays)),
+            tuple(WaveSettings(**settings) for settings in waves),
+        )
+    return StoredSplash(
+        Fields.from_arrays(without_prefix("fields", arrays)),
+        read_strokes(without_prefix("strokes", arrays)),
+        applied,
+    )
+
+
+def prefixed(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays under longer names."""
+    return {f"{prefix}_{name}": array for name, array in arrays.items()}
+
+
+def without_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays that :func:`prefixed` has named."""
+    start = f"{prefix}_"
+    return {
+        name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)
+    }
+
+
+def stroke_arrays(strokes: Sequence[Stroke]) -> dict[str, np.ndarray]:
+    """Return the points and velocities of all strokes, and how many points each has."""
+    nothing = np.zeros((0, 3), dtype=np.float32)
+    return {
+        "points": np.concatenate([nothing, *(stroke.points for stroke in strokes)]),
+        "velocities": np.concatenate([nothing, *(stroke.velocities for stroke in strokes)]),
+        "counts": np.array([len(stroke.points) for stroke in strokes], dtype=np.int64),
+    }
+
+
+def read_strokes(arrays: Mapping[str, np.ndarray]) -> tuple[Stroke, ...]:
+    """Return the strokes of :func:`stroke_arrays`."""
+    ends = np.cumsum(arrays["counts"])[:-1]
+    points, velocities = (np.split(arrays[name], ends) for name in ("points", "velocities"))
+    if not len(arrays["counts"]):
+        return ()
+    return tuple(Stroke(p, v) for p, v in zip(points, velocities, strict=True))
+
+
+CLOUD = ("positions", "velocities", "radii", "meshed", "owner")
+MESH = ("vertices", "faces", "velocities")
+
+
+def cloud_arrays(cloud: DropCloud) -> dict[str, np.ndarray]:
+    """Return the drops and their meshes."""
+    arrays = {name: getattr(cloud, name) for name in CLOUD}
+    return arrays | {f"mesh_{name}": getattr(cloud.mesh, name) for name in MESH}
+
+
+def read_cloud(arrays: Mapping[str, np.ndarray]) -> DropCloud:
+    """Return the drops of :func:`cloud_arrays`."""
+    mesh = Mesh(*(arrays[f"mesh_{name}"] for name in MESH))
+    return DropCloud(mesh=mesh, **{name: arrays[name] for name in CLOUD})

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything done once, as the interface does it, so that all that it needs is compiled and kept.
+
+numba compiles a function for the types of its arguments when it is first called, so nothing short
+of real splashes finds all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .composition.model import Composer, refined_part
+from .generator.loading import load_generator, load_torch
+from .obstacles.obstacles import Obstacle, obstacle_from_mesh
+from .pipeline import make_splash
+from .progress import Report, part_of, silent
+from .refinement.presets import PRESETS
+from .refinement.settings import WaveSettings
+from .refinement.stack import OFFSET, Refiner
+from .refinement.stored_splash import StoredSplash
+from .settings import ModelSettings, SplashSettings
+from .sketch.drawing import strokes_from_drawings
+from .sketch.presets import example_sketch
+
+if TYPE_CHECKING:
+    from .generator.generator import Generator
+    from .pipeline import Splash
+
+# Graphics cards run no compiled loops: what they leave out is the only difference.
+DRAFT = SplashSettings(resolution="64", device="CPU")
+FULL = replace(DRAFT, resolution="128")
+UNUSUAL = replace(DRAFT, variation=0.5, reach=0.05, breakup=4.0)
+
+SLOWEST = 3.0
+"""Times that a number format may take of 32 bits': a processor without bfloat16 takes minutes."""
+
+FRESH, STORM = PRESETS["FRESH"].steps, PRESETS["STORM"].steps
+
+CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+SQUARE = ((0, 2, 3), (0, 3, 1))
+CUBE = (
+    *((0, 1, 3), (0, 3, 2)), *((4, 6, 7), (4, 7, 5)), *((0, 4, 5), (0, 5, 1)),
+    *((2, 3, 7), (2, 7, 6)), *((0, 2, 6), (0, 6, 4)), *((1, 5, 7), (1, 7, 3)),
+)  # fmt: skip
+
+
+class Rehearsal:
+    """Splashes of the crown, each made of what the one before left."""
+
+    generator: Generator
+    splash: Splash
+
+    def __init__(self) -> None:
+        """Take the strokes."""
+        self.strokes, _ = strokes_from_drawings(example_sketch("crown"), DRAFT)
+
+    def drafts(self, report: Report) -> None:
+        """Make a draft in every number format that is of use here: the user may choose any."""
+        names = useful_precisions()
+        for number, name in enumerate(names):
+            self.generator = load_generator(None, "CPU", name)
+            part = part_of(report, number / len(names), (number + 1) / len(names))
+            self.splash = make_splash(self.strokes, DRAFT, self.generator, report=part)
+
+    def unusual(self, report: Report) -> None:
+        """Make a draft with settings that are off by default."""
+        make_splash(self.strokes, UNUSUAL, self.generator, self.splash.frame, report)
+
+    def refinements(self, report: Report) -> None:
+        """Refine the draft, as stored in a file, and refine it again after applying that."""
+        stored = StoredSplash(self.splash.fields, self.splash.strokes)
+        stored = StoredSplash.from_bytes(stored.to_bytes())
+        refiner = Refiner(stored.fields)
+        refiner.refine(FRESH, part_of(report, 0.0, 0.5))
+        refiner.refine(STORM, part_of(report, 0.5, 0.8))
+        applied = replace(stored, applied=refiner.applied(FRESH))
+        applied = StoredSplash.from_bytes(applied.to_bytes())
+        again = Refiner(applied.fields, applied=applied.applied)
+        again.refine(FRESH, part_of(report, 0.8, 1.0))
+
+    def obstacles(self, report: Report) -> None:
+        """Make and refine a draft that keeps out of a body and a sheet."""
+        make_splash(
+            self.strokes, DRAFT, self.generator, report=report,
+            refinements=STORM, obstacles=obstacles(), clearance=OFFSET,
+        )  # fmt: skip
+
+    def model(self, report: Report) -> None:
+        """Join two splashes and their mirror images, around obstacles."""
+        refiner, frame = Refiner(self.splash.fields), self.splash.frame
+        beside = replace(frame, centre=frame.centre + np.array([0.4, 0.1, 0.0]))
+        steps = tuple(step for step in STORM if not isinstance(step, WaveSettings))
+        parts = [refined_part(name, refiner, steps, at) for name, at in enumerate((frame, beside))]
+        settings, around = ModelSettings(mirror_x=True), obstacles()
+        Composer().compose(parts, settings, WaveSettings(), around, OFFSET, report)
+
+    def full(self, report: Report) -> None:
+        """Make and refine a full result."""
+        make_splash(self.strokes, FULL, self.generator, report=report, refinements=FRESH)
+
+
+STAGES = (
+    ("First drafts", Rehearsal.drafts, 0.5),
+    ("Other drafts", Rehearsal.unusual, 0.02),
+    ("Refinements", Rehearsal.refinements, 0.31),
+    ("Obstacles", Rehearsal.obstacles, 0.1),
+    ("Models", Rehearsal.model, 0.03),
+    ("Full resolution", Rehearsal.full, 0.04),
+)
+"""What is done, with its share of the whole time where nothing was compiled before."""
+
+
+def rehearse(report: Report = silent) -> None:
+    """Do everything once. Raises PackageError, and what any splash may raise."""
+    rehearsal, done = Rehearsal(), 0.0
+    for label, work, share in STAGES:
+        report(label, done)
+        work(rehearsal, part_of(report, done, done + share))
+        done += share
+    report("Done", 1.0)
+
+
+def useful_precisions() -> list[str]:
+    """List the number formats that are not much slower here than others, the fastest last."""
+    load_torch()
+    from .generator.precision import PRECISIONS, seconds
+
+    taken = {name: seconds("cpu", name, repeats=1) for name in PRECISIONS}
+    most = SLOWEST * taken["float32"]
+    return sorted((name for name in taken if taken[name] <= most), key=lambda n: -taken[n])
+
+
+def obstacles() -> list[Obstacle]:
+    """Return a cube and an open square in the crown's way, drawing units."""
+    places = (CUBE, 0.5, (0.4, -0.2, 0.1)), (SQUARE, 1.0, (-0.6, -0.5, 0.2))
+    return [
+        obstacle_from_mesh(CORNERS * size + corner, np.array(faces, dtype=np.int32))
+        for faces, size, corner in places
+    ]

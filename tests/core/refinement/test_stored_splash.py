@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a file keeps of a splash."""
+
+import io
+
+import numpy as np
+import pytest
+
+from liquid_splash_addon.core.refinement import stored_splash
+from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
+from liquid_splash_addon.core.refinement.stack import Refiner
+from liquid_splash_addon.core.refinement.stored_splash import StoredSplash
+from tests.core.refinement.shapes import sheet
+from tests.core.sketching import fan
+
+STEPS = (DropletSettings(amount=0.01), WaveSettings(frequency=4.0))
+
+
+@pytest.fixture(scope="module")
+def fields():
+    """Return a splash as it is stored."""
+    return sheet().fields().round_off()
+
+
+def same(one, other):
+    """Whether two records of arrays are equal in every bit."""
+    names = one.__dataclass_fields__
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b for a, b in pairs)
+
+
+def test_fields_and_strokes_come_back(fields):
+    again = StoredSplash.from_bytes(StoredSplash(fields, fan()).to_bytes())
+    assert same(again.fields, fields) and again.applied is None
+    assert len(again.strokes) == len(fan())
+    assert all(same(one, other) for one, other in zip(again.strokes, fan(), strict=True))
+
+
+def test_a_splash_without_strokes_comes_back(fields):
+    assert StoredSplash.from_bytes(StoredSplash(fields).to_bytes()).strokes == ()
+
+
+def test_containers_from_before_versions_are_read(fields):
+    """They held the arrays of the fields alone."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **fields.to_arrays())
+    again = StoredSplash.from_bytes(buffer.getvalue())
+    assert same(again.fields, fields) and not again.strokes
+
+
+def test_applied_refinements_come_back_and_change_nothing(fields):
+    """Applied, a list gives what it gave, but for the rounding of what is stored."""
+    refiner = Refiner(fields)
+    before = refiner.refine(STEPS)
+    stored = StoredSplash(fields, fan(), refiner.applied(STEPS))
+    again = StoredSplash.from_bytes(stored.to_bytes())
+    assert again.applied.waves == STEPS[1:]
+    after = Refiner(again.fields, applied=again.applied).refine(())
+    assert len(after.cloud.radii) == len(before.cloud.radii) > 0
+    assert np.array_equal(after.cloud.positions, before.cloud.positions)
+    assert len(after.mesh.faces) == pytest.approx(len(before.mesh.faces), rel=0.02)
+    volumes = [
+        np.einsum("ij,ij->", np.cross(a, b), c) / 6
+        for mesh in (before.mesh, after.mesh)
+        for a, b, c in [[mesh.vertices[mesh.faces[:, n]].astype(float) for n in range(3)]]
+    ]
+    assert volumes[1] == pytest.approx(volumes[0], rel=2e-3)
+
+
+def test_what_is_applied_comes_before_what_is_added_later(fields):
+    first, second = DropletSettings(amount=0.01), DropletSettings(amount=0.01, seed=5)
+    applied = Refiner(fields).applied((first,))
+    both = Refiner(fields, applied=applied).refine((second,))
+    kept = len(applied.cloud.radii)
+    assert 0 < kept < len(both.cloud.radii)
+    assert np.array_equal(both.cloud.positions[:kept], applied.cloud.positions)
+
+
+@pytest.mark.parametrize("cut", [0, 1, 1000, -1], ids=["nothing", "a byte", "a part", "the end"])
+def test_damaged_containers_are_refused(fields, cut):
+    with pytest.raises(ValueError, match="generate the splash again"):
+        StoredSplash.from_bytes(StoredSplash(fields, fan()).to_bytes()[:cut])
+
+
+def test_containers_of_later_versions_say_so(fields, monkeypatch):
+    monkeypatch.setattr(stored_splash, "VERSION", 99)
+    data = StoredSplash(fields).to_bytes()
+    monkeypatch.undo()
+    with pytest.raises(ValueError, match="later version"):
+        StoredSplash.from_bytes(data)
