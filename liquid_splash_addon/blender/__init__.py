@@ -12,13 +12,22 @@ This file is above all rooms: it registers them with Blender.
 """
 
 import atexit
-import os
+from pathlib import Path
 
 import bpy
 
-from .data import model, obstacle_group, preferences, properties, refinements
-from .jobs import compose, job, loaded_generator, refine, scheduler
-from .scene import model_parts
+from ..core import compiled_code
+from .data import (
+    index,
+    model,
+    obstacle_group,
+    preferences,
+    properties,
+    refinements,
+    stored_liquid,
+)
+from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
+from .scene import drop_points, model_parts
 from .ui import (
     model_operators,
     model_panel,
@@ -30,14 +39,19 @@ from .ui import (
 )
 
 MODULES = (
+    index,
     properties,
+    stored_liquid,
     model,
     refinements,
     obstacle_group,
     preferences,
+    work_queue,
     refine,
     compose,
     scheduler,
+    compile_ahead,
+    drop_points,
     model_parts,
     operators,
     model_operators,
@@ -50,17 +64,22 @@ MODULES = (
 
 
 def keep_compiled_code() -> None:
-    """Let numba cache compiled code in the extension's own folder; others may be read-only."""
+    """Have compiled code kept in the extension's own folder; others may be read-only."""
     if preferences.ADDON.startswith("bl_ext."):
-        folder = bpy.utils.extension_path_user(preferences.ADDON, path="compiled", create=True)
-        os.environ.setdefault("NUMBA_CACHE_DIR", folder)
+        folder = bpy.utils.extension_path_user(preferences.ADDON, path="compiled")
+        compiled_code.keep_below(Path(folder))
+
+
+_is_registered = False
 
 
 def register() -> None:
     """Register all classes, each after those that it needs."""
+    global _is_registered
     keep_compiled_code()
     for module in MODULES:
         module.register()
+    _is_registered = True
     # Blender as a Python module hangs at exit if classes with Python functions stay registered.
     if bpy.app.module:
         atexit.register(unregister)
@@ -68,8 +87,12 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop what is running, free the generator and remove all classes, in reverse order."""
+    global _is_registered
+    if not _is_registered:  # at exit Blender's module calls it once more for an enabled extension
+        return
+    _is_registered = False
     atexit.unregister(unregister)
-    job.stop()
     for module in reversed(MODULES):
         module.unregister()
     loaded_generator.free()
+    compiled_code.forget()

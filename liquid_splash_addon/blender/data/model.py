@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -16,7 +14,8 @@ from bpy.props import (
 
 from ...core.refinement.settings import WaveSettings
 from ...core.settings import ModelSettings
-from .properties import settings_properties
+from . import index
+from .properties import is_splash, settings_properties
 from .revisions import changed
 
 
@@ -43,14 +42,15 @@ class SplashPartGroup(bpy.types.PropertyGroup):
     @property
     def is_there(self) -> bool:
         """Whether the splash still exists: a deleted one is in no scene."""
-        splash = self.splash
-        return splash is not None and splash.splash.is_splash and bool(splash.users_scene)
+        return is_splash(self.splash) and index.is_in_scene(self.splash)
 
 
 class SplashModelGroup(bpy.types.PropertyGroup):
     """What a model object is made of."""
 
-    is_model: BoolProperty(description="Whether the object is a model of several splashes")
+    is_model: BoolProperty(
+        description="Whether the object is a model of several splashes", update=index.forget
+    )
     parts: CollectionProperty(type=SplashPartGroup)
     active: IntProperty(name="Active", description="The splash whose settings are shown")
     settings: PointerProperty(type=SplashModelSettingsGroup)
@@ -67,7 +67,7 @@ class SplashModelGroup(bpy.types.PropertyGroup):
 
 def is_model(item: bpy.types.Object | None) -> bool:
     """Whether there is an object, and it is a model."""
-    return item is not None and item.splash_model.is_model
+    return index.carries(item, index.MODEL)
 
 
 def active_part(item: bpy.types.Object | None) -> bpy.types.Object | None:
@@ -86,16 +86,9 @@ def splashes_in(model: bpy.types.Object) -> list[bpy.types.Object]:
     return [part.splash for part in model.splash_model.parts if part.is_there]
 
 
-def models() -> Iterator[bpy.types.Object]:
-    """Yield the models of this file."""
-    for item in bpy.data.objects:
-        if is_model(item) and item.users_scene:
-            yield item
-
-
 def models_of(splash: bpy.types.Object) -> list[bpy.types.Object]:
-    """List the models that hold ``splash``."""
-    return [model for model in models() if splash in splashes_in(model)]
+    """List the models that hold ``splash``: one, or a copy of it too until it has its own parts."""
+    return [model for model in index.models() if splash in splashes_in(model)]
 
 
 CLASSES = (

@@ -19,6 +19,7 @@ from bpy.props import (
 )
 
 from ...core.settings import Settings, SplashSettings
+from . import index
 
 IDENTITY = tuple(float(row == column) for column in range(4) for row in range(4))
 
@@ -74,9 +75,9 @@ class SplashSettingsGroup(bpy.types.PropertyGroup):
     __annotations__ = settings_properties()
 
 
-def forget_frame(group: Any, _context: bpy.types.Context) -> None:
-    """Clear the stored frame, so that the next run fits one to the new strokes."""
-    group.frame = ""
+def fit_anew(group: Any, _context: bpy.types.Context) -> None:
+    """Have the next run fit a frame to the new strokes; until then the liquid keeps its own."""
+    group.refit = True
 
 
 class SplashObjectGroup(bpy.types.PropertyGroup):
@@ -87,19 +88,22 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
         name="Sketch",
         description="Grease Pencil object whose strokes this splash is made of",
         poll=lambda _, candidate: candidate.type == "GREASEPENCIL",
-        update=forget_frame,
+        update=fit_anew,
     )
     layer: StringProperty(
         name="Layer",
         description="Layer of the sketch that this splash is made of. Empty: all visible layers",
-        update=forget_frame,
+        update=fit_anew,
     )
     settings: PointerProperty(type=SplashSettingsGroup)
     made_of: StringProperty(description="Digest of the strokes and settings that it was made of")
     is_covered: BoolProperty(description="Whether the splash is hidden because a model shows it")
-    version: StringProperty(description="Version of the add-on that made this splash")
+    version: StringProperty(
+        description="Version of the add-on that made this splash", update=index.forget
+    )
     # As text: in single precision, as Blender's number properties are, it would turn a little.
     frame: StringProperty(description="Local frame of the strokes: axes, centre and scale")
+    refit: BoolProperty(description="Whether the next run fits a new frame: to other strokes")
     frame_real_size: FloatProperty(description="Real size for which the frame was scaled")
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     splash_matrix: FloatVectorProperty(size=16, default=IDENTITY)
@@ -109,10 +113,21 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     summary: StringProperty(description="What the last run made")
     warnings: StringProperty(description="Warnings of the last run, one per line")
 
+    owner: PointerProperty(
+        type=bpy.types.Object,
+        description="The one object that this one belongs to: the splash of its drops, the model "
+        "of its parts. Copies refer to it too, but it does not refer to them",
+    )
+
     @property
     def is_splash(self) -> bool:
-        """Whether the object was made by this add-on."""
+        """Whether the object was made by this add-on, see :func:`is_splash`."""
         return bool(self.version)
+
+
+def is_splash(item: bpy.types.Object | None) -> bool:
+    """Whether there is an object, and it is a splash of this add-on."""
+    return index.carries(item, index.SPLASH)
 
 
 class SplashSceneGroup(bpy.types.PropertyGroup):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...core.refinement.settings import RefinementSettings, WaveSettings
 from ...core.settings import ModelSettings
-from ..data.model import SplashPartGroup
+from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
 from ..scene import drop_points, mesh_object, model_parts
 from ..scene.objects import SceneError, check_writable
@@ -26,7 +26,6 @@ from .progress import part_of
 
 if TYPE_CHECKING:
     from ...core.composition.model import Composed, Composer, Part
-    from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.sketch.local_frame import Frame
@@ -44,13 +43,11 @@ class PartTask:
     label : the splash's name
     task : what refines it
     place : transform from the splash's space to the model's, ``(4, 4)``
-    applied : its mesh, in its own space, if its refinements were applied; else None
     """
 
     label: str
     task: refine.Task
     place: np.ndarray
-    applied: Mesh | None
 
     @property
     def steps(self) -> list[RefinementSettings]:
@@ -62,9 +59,6 @@ class PartTask:
         """Identifies its liquid, wherever it stands."""
         frame = (self.task.frame.axes, self.task.frame.centre, self.task.frame.scale)
         digest = hashlib.sha256(repr(frame).encode())
-        if self.applied is not None:
-            digest.update(self.applied.vertices.tobytes())
-            digest.update(self.applied.faces.tobytes())
         return f"{self.task.key_with(self.steps)} {digest.hexdigest()[:16]}"
 
 
@@ -111,10 +105,8 @@ def task_of(model: bpy.types.Object) -> ModelTask:
 def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
     """Read a splash of ``model``. Raises SceneError if it has no stored liquid."""
     splash = part.splash
-    # Applying the refinements clears ``evaluated``: from then on the mesh itself is the splash.
-    applied = None if splash.splash_stack.evaluated else mesh_object.read_mesh(splash.data)
     place = model_parts.place_in(model, splash)
-    return PartTask(splash.name, refine.read_task(splash), place, applied)
+    return PartTask(splash.name, refine.read_task(splash), place)
 
 
 composer: Composer | None = None
@@ -145,20 +137,9 @@ def compute(task: ModelTask, report: Report) -> Composed:
 
 def refine_part(part: PartTask) -> Part:
     """Refine a splash and find its surface."""
-    from ...core.composition.model import Part
-    from ...core.composition.placement import Placed
-    from ...core.mesh.marching_cubes import level_surface
-    from ...core.refinement.drop_meshes import DropCloud
+    from ...core.composition.model import refined_part
 
-    refiner, frame = refine.refiner_of(part.task), part.task.frame
-    if part.applied is not None:
-        points = frame.points_to_local(part.applied.vertices.astype(np.float64))
-        mesh = replace(part.applied, vertices=points.astype(np.float32))
-        placed = Placed(refiner.base.liquid, frame, mesh)
-        return Part(part.key, placed, DropCloud.empty())
-    detail = refiner.liquid(part.steps)
-    mesh = level_surface(detail.liquid.level, detail.liquid.velocity, detail.liquid.grid)
-    return Part(part.key, Placed(detail.liquid, frame, mesh), detail.cloud)
+    return refined_part(part.key, refine.refiner_of(part.task), part.steps, part.task.frame)
 
 
 def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
@@ -188,7 +169,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
 
 
 KIND = scheduler.Kind(
-    owns=lambda item: item.splash_model.is_model,
+    owns=is_model,
     record=lambda item: item.splash_model,
     task_of=task_of,
     compute=compute,
@@ -196,13 +177,21 @@ KIND = scheduler.Kind(
 )
 
 
-def register() -> None:
-    """Have the scheduler evaluate models."""
-    scheduler.add(KIND)
-
-
-def unregister() -> None:
+@bpy.app.handlers.persistent
+def free(_file: object = None, _unused: object = None) -> None:
     """Drop the intermediate results of the last model."""
     global composer
     composer = None
     _refined.clear()
+
+
+def register() -> None:
+    """Have the scheduler evaluate models."""
+    scheduler.add(KIND)
+    bpy.app.handlers.load_pre.append(free)
+
+
+def unregister() -> None:
+    """Drop what is kept."""
+    bpy.app.handlers.load_pre.remove(free)
+    free()

@@ -11,14 +11,15 @@ import hashlib
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 
 from ...core.settings import SplashSettings
-from ...core.sketch.drawing import Drawing, check_drawings, drawing_scale, strokes_from_drawings
+from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
+from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
@@ -26,7 +27,7 @@ from ..data.refinements import steps_of
 from ..data.version import addon_version
 from ..scene import drop_points, mesh_object
 from ..scene.grease_pencil import read_drawings
-from ..scene.objects import SceneError, by_uid, check_writable, select_only
+from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.targets import Target
 from . import dependencies, loaded_generator, refine
@@ -44,8 +45,9 @@ if TYPE_CHECKING:
 class Request:
     """What a run needs, read from the scene."""
 
-    sketch: int  # session_uid, see scene.objects.by_uid
-    splash: int | None
+    sketch: Handle
+    splash: Handle | None
+    liquid: str  # identifier of the liquid that the splash stores now, "" for none
     layer: str
     drawings: list[Drawing]
     warnings: list[str]
@@ -70,6 +72,11 @@ class Request:
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
         return found.hexdigest()[:16]
 
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
+        return self.splash, self.liquid, self.digest, repr(self.refinements), self.precision
+
 
 @dataclass(frozen=True)
 class Result:
@@ -78,7 +85,7 @@ class Result:
     mesh: Mesh
     drops: Drops | None
     frame: Frame
-    fields: bytes
+    liquid: bytes
     weights_hash: str
     precision: str
     device: str
@@ -104,17 +111,19 @@ def snapshot(
     if layer and layer not in sketch.data.layers:
         raise SceneError(lost_layer(layer, sketch))
     drawings, warnings = read_drawings(sketch, layer)
-    check_drawings(drawings)
+    drawings, _, left_out = usable_drawings(drawings)
+    warnings += left_out
     record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     return Request(
-        sketch=sketch.session_uid,
-        splash=splash.session_uid if splash is not None else None,
+        sketch=Handle.of(sketch),
+        splash=Handle.of(splash) if splash is not None else None,
+        liquid=stored_liquid.identifier_of(splash.data) if splash is not None else "",
         layer=layer,
         drawings=drawings,
         warnings=warnings,
         settings=settings,
-        frame=frame_from_text(record.frame) if record and record.frame and not realign else None,
+        frame=None if record is None or realign else kept_frame(record),
         frame_real_size=plain(record.frame_real_size) if record else 0.0,
         weights=weights_path(context),
         last_weights=record.weights_hash if record else "",
@@ -123,6 +132,11 @@ def snapshot(
         obstacles=obstacles,
         clearance=clearance,
     )
+
+
+def kept_frame(record: Any) -> Frame | None:
+    """Return the frame to keep; None where there is none or the strokes are others now."""
+    return frame_from_text(record.frame) if record.frame and not record.refit else None
 
 
 def check_packages() -> None:
@@ -145,6 +159,7 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
     from ...core.pipeline import make_splash
+    from ...core.refinement.stored_splash import StoredSplash
 
     start = time.perf_counter()
     settings = request.settings
@@ -159,16 +174,16 @@ def compute(request: Request, report: Report) -> Result:
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
         request.refinements, request.obstacles, request.clearance,
     )  # fmt: skip
-    report("Packing the fields", 0.9)
+    report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     warnings += generator_changes(request, generator.weights_hash, generator.precision)
-    fields = splash.fields.to_bytes()
+    liquid = StoredSplash(splash.fields, splash.strokes).to_bytes()
     seconds = time.perf_counter() - start
     return Result(
         mesh=splash.mesh,
         drops=splash.drops,
         frame=splash.frame,
-        fields=fields,
+        liquid=liquid,
         weights_hash=generator.weights_hash,
         precision=generator.precision,
         device=generator.device,
@@ -203,8 +218,8 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
 
     Raises SceneError if the sketch or the splash was deleted while the result was computed.
     """
-    sketch = by_uid(request.sketch)
-    splash = by_uid(request.splash) if request.splash is not None else None
+    sketch = request.sketch.find()
+    splash = request.splash.find() if request.splash is not None else None
     if sketch is None or (splash is None and request.splash is not None):
         raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
     context.view_layer.update()
@@ -217,7 +232,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
         mesh_object.follow_sketch(splash, sketch)
     mesh_object.write_mesh(splash.data, result.mesh)
     drop_points.write(splash, result.drops)
-    mesh_object.store_fields(splash.data, result.fields)
+    stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
     remember(splash, sketch, request, result)
     if request.precision != result.precision:
@@ -233,7 +248,7 @@ def remember(
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
     record.made_of = request.digest
-    record.frame = frame_to_text(result.frame)
+    record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
     record.weights_hash = result.weights_hash
     record.precision = result.precision

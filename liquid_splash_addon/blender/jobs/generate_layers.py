@@ -15,7 +15,7 @@ from ..data.model import models_of
 from ..data.properties import to_settings
 from ..scene import mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
-from ..scene.objects import SceneError, by_uid, select_only
+from ..scene.objects import Handle, SceneError, select_only
 from ..scene.targets import Target, splashes_of
 from . import generate, scheduler
 from .progress import labelled, part_of
@@ -32,16 +32,21 @@ class LayersRequest:
 
     Attributes
     ----------
-    sketch : session_uid
+    sketch : the object with the layers
     runs : one for each layer that has changed
     kept : number of splashes that are up to date
     warnings : sentences for the user
     """
 
-    sketch: int
+    sketch: Handle
     runs: list[generate.Request]
     kept: int
     warnings: list[str]
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Identifies the runs: equal keys, equal results."""
+        return tuple(run.key for run in self.runs)
 
 
 def snapshot(context: bpy.types.Context, sketch: bpy.types.Object, choose: Choose) -> LayersRequest:
@@ -70,7 +75,7 @@ def snapshot(context: bpy.types.Context, sketch: bpy.types.Object, choose: Choos
             runs.append(request)
     if not runs and not kept:
         raise SceneError(" / ".join(warnings))
-    return LayersRequest(sketch.session_uid, runs, kept, warnings)
+    return LayersRequest(Handle.of(sketch), runs, kept, warnings)
 
 
 def warn_of_lost_layers(sketch: bpy.types.Object, own: dict[str, bpy.types.Object]) -> list[str]:
@@ -116,7 +121,7 @@ def write(
             made += 1
         if not made and not request.kept:
             raise SceneError(" / ".join(warnings))
-        sketch = by_uid(request.sketch)
+        sketch = request.sketch.find()
         if sketch is None:
             raise SceneError("The sketch was deleted meanwhile, so its splashes were not joined")
         move_with_sketch(sketch, context)

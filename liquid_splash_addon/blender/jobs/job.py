@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 
 STOP_SECONDS = 30.0
 """How long quitting and unregistering wait for the thread: the generator cannot be interrupted."""
+
+
+REDRAW_SECONDS = 0.1
+"""Between two drawings of the sidebars."""
 
 
 class Job:
@@ -77,34 +82,19 @@ class Job:
             self._error = error
 
 
-running: Job | None = None
-"""The job of the operator that runs, for the panel and for poll; there is one at most."""
-
-
-def start(work: Callable[[Report], Any]) -> Job:
-    """Start ``work`` as the running job."""
-    global running
-    running = Job(work)
-    return running
+_redrawn = 0.0
 
 
 def redraw_sidebars() -> None:
-    """Redraw the 3D viewports of all windows, and with them the panels."""
+    """Have the sidebars of all 3D views drawn again, at most ten times a second."""
+    global _redrawn
+    now = time.monotonic()
+    if now - _redrawn < REDRAW_SECONDS:
+        return
+    _redrawn = now
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
-                area.tag_redraw()
-
-
-def forget() -> None:
-    """Forget the running job."""
-    global running
-    running = None
-
-
-def stop() -> None:
-    """Cancel the running job, if there is one, and wait for its end."""
-    if running is not None:
-        running.cancel()
-        running.wait(STOP_SECONDS)
-        forget()
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

@@ -19,9 +19,11 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     precision : a key of ``core.generator.precision.PRECISIONS``. If it is empty, or not available
     on this device (as in a file from another machine), the fastest is measured and used.
     Only the last generator is kept: a small GPU has no room for two. Not thread-safe.
-    Raises WeightsError, TorchMissingError.
+    Raises WeightsError, PackageError.
     """
-    from ...core.generator.loading import load_generator, pick_device
+    from ...core.generator.loading import load_generator, load_torch, pick_device
+
+    load_torch()
     from ...core.generator.precision import fastest_in_use, is_usable
     from ...core.generator.weights_file import default_weights_path
 

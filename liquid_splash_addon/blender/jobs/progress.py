@@ -3,15 +3,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from ...core.progress import Report, part_of
 
-if TYPE_CHECKING:
-    from ...core.progress import Report
-
-
-def part_of(report: Report, first: float, last: float) -> Report:
-    """Make the report for a part of the work that goes from ``first`` to ``last``, within 0..1."""
-    return lambda stage, share: report(stage, first + share * (last - first))
+__all__ = ["labelled", "part_of"]
 
 
 def labelled(report: Report, label: str) -> Report:

@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Refine a splash whenever its list of refinements changes, like a stack of modifiers.
 
-It always starts from the generator's output, which is stored with the mesh, never from the refined
-mesh. When it runs, and in which thread: see scheduler.
+It always starts from the liquid that is stored with the mesh, never from the refined mesh. When it
+runs, and in which thread: see scheduler.
 """
 
 from __future__ import annotations
 
-import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import bpy
 
+from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
 from ..data.model import models_of
-from ..data.properties import plain
+from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, mesh_object
 from ..scene.objects import SceneError, check_writable
@@ -34,9 +34,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """All that refining a splash needs, read from the scene."""
+    """All that refining a splash needs, read from the scene.
 
-    fields: bytes
+    Attributes
+    ----------
+    content, identifier : of the stored liquid, see data.stored_liquid
+    """
+
+    content: bytes
+    identifier: str
     threshold: float
     frame: Frame
     steps: list[RefinementSettings]
@@ -50,8 +56,7 @@ class Task:
 
     def key_with(self, steps: object) -> str:
         """Return the key that the task would have with other steps."""
-        source = hashlib.sha256(self.fields).hexdigest()[:16]
-        return f"{source} {self.threshold} {steps!r} {self.around!r}"
+        return f"{self.identifier} {self.threshold} {steps!r} {self.around!r}"
 
     @property
     def around(self) -> tuple[str, float]:
@@ -77,11 +82,12 @@ def task_of(splash: bpy.types.Object) -> Task:
 
 def read_task(splash: bpy.types.Object) -> Task:
     """Like :func:`task_of`, also where the mesh cannot be replaced now."""
-    fields = splash.data.get(mesh_object.FIELDS)
-    if not fields or not splash.splash.frame:
+    content, identifier = stored_liquid.read(splash.data)
+    if not content or not splash.splash.frame:
         raise SceneError(f"'{splash.name}' has no stored liquid: generate it again")
     return Task(
-        bytes(fields),
+        content,
+        identifier,
         plain(splash.splash.settings.surface_threshold),
         frame_from_text(splash.splash.frame),
         steps_of(splash),
@@ -89,21 +95,22 @@ def read_task(splash: bpy.types.Object) -> Task:
     )
 
 
-refiner: tuple[tuple[bytes, float, str, float], Refiner] | None = None
+refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
 """The refiner of the last splash, with the results of its steps."""
 
 
 def refiner_of(task: Task) -> Refiner:
     """Return the refiner for a task, without bpy. Raises ValueError for damaged fields."""
     global refiner
-    from ...core.liquid.fields import Fields
     from ...core.refinement.stack import Refiner
+    from ...core.refinement.stored_splash import StoredSplash
 
-    key = (task.fields, task.threshold, *task.around)
+    key = (task.identifier, task.threshold, *task.around)
     if refiner is None or refiner[0] != key:
         obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
-        fields = Fields.from_bytes(task.fields)
-        refiner = key, Refiner(fields, task.threshold, obstacles, task.clearance)
+        stored = StoredSplash.from_bytes(task.content)
+        made = Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied)
+        refiner = key, made
     return refiner[1]
 
 
@@ -142,13 +149,34 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
         scheduler.request(model)
 
 
+def compute_applied(task: Task, report: Report) -> tuple[Outcome, bytes]:
+    """Refine, and store what that makes instead of the refinements. Without bpy."""
+    from ...core.refinement.stored_splash import StoredSplash
+
+    outcome = compute(task, report)
+    stored = replace(
+        StoredSplash.from_bytes(task.content), applied=refiner_of(task).applied(task.steps)
+    )
+    return outcome, stored.to_bytes()
+
+
+def write_applied(splash: bpy.types.Object, task: Task, made: tuple[Outcome, bytes]) -> None:
+    """Write the refined mesh, store its liquid and empty the list."""
+    outcome, content = made
+    write(splash, task, outcome)
+    stored_liquid.write(splash.data, content)
+    with scheduler.held():
+        splash.splash_stack.items.clear()
+    remember(splash, task_of(splash).key, [], outcome.warnings)
+
+
 def evaluate(splash: bpy.types.Object) -> None:
     """Refine ``splash`` now. Raises SceneError, and ValueError for damaged fields."""
     scheduler.evaluate(splash, KIND)
 
 
 KIND = scheduler.Kind(
-    owns=lambda item: item.splash.is_splash,
+    owns=is_splash,
     record=lambda item: item.splash_stack,
     task_of=task_of,
     compute=compute,
@@ -156,12 +184,20 @@ KIND = scheduler.Kind(
 )
 
 
-def register() -> None:
-    """Have the scheduler evaluate splashes."""
-    scheduler.add(KIND)
-
-
-def unregister() -> None:
+@bpy.app.handlers.persistent
+def free(_file: object = None, _unused: object = None) -> None:
     """Drop the last refiner."""
     global refiner
     refiner = None
+
+
+def register() -> None:
+    """Have the scheduler evaluate splashes."""
+    scheduler.add(KIND)
+    bpy.app.handlers.load_pre.append(free)
+
+
+def unregister() -> None:
+    """Drop what is kept."""
+    bpy.app.handlers.load_pre.remove(free)
+    free()

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keep splashes and models up to date: what was changed is evaluated soon after.
+"""Keep splashes and models up to date: what was changed is evaluated soon after, by the queue.
 
-With a window the work is done in a thread, one object at a time, and a timer writes the results.
-In the background it is done at once.
+In the background, where there is no window, it is done at once.
 """
 
 from __future__ import annotations
@@ -15,14 +14,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 
 from ..data import revisions
-from ..scene.objects import by_uid
-from .job import STOP_SECONDS, Job, redraw_sidebars
+from ..scene.objects import Handle, SceneError
+from . import work_queue
+from .messages import sentence_for
+from .work_queue import Entry, Work
 
 if TYPE_CHECKING:
     from ...core.progress import Report
-
-TICK = 0.03
-"""Seconds between two checks of the thread."""
 
 FAILED = "failed"
 """Recorded in place of a key where a mesh could not be updated. No task has this key, so the next
@@ -48,19 +46,10 @@ class Kind(NamedTuple):
     write: Callable[[bpy.types.Object, Any, Any], None]
 
 
-class Run(NamedTuple):
-    """What the thread works on: the object's session_uid, its kind, its task and the job."""
-
-    uid: int
-    kind: Kind
-    task: Any
-    job: Job
-
-
 _kinds: list[Kind] = []
-_waiting: dict[int, Kind] = {}
-_running: Run | None = None
-_holding = False
+_held: dict[int, Entry] | None = None
+_failures: dict[int, str] = {}
+"""Why objects could not be evaluated when it was last tried, by session_uid."""
 
 
 def kind_of(item: bpy.types.Object) -> Kind | None:
@@ -84,102 +73,75 @@ def request(item: bpy.types.Object) -> None:
     kind = kind_of(item)
     if kind is None:
         return
-    _waiting[item.session_uid] = kind
-    if bpy.app.background:
-        if not _holding:
-            _evaluate_waiting()
-        return
-    if _running is not None and _running.uid == item.session_uid:
-        _running.job.cancel()
-    if not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=TICK)
+    handle = Handle.of(item)
+    entry = Entry(handle.uid, partial(_read, handle, kind), partial(_fail, handle, kind))
+    if _held is not None:
+        _held[handle.uid] = entry
+    elif work_queue.is_immediate():
+        work_queue.run_now(entry)
+    else:
+        _put(entry)
+
+
+def _put(entry: Entry) -> None:
+    """Put an entry in the queue, unless its object has one that still waits."""
+    before = work_queue.entry_of(entry.owner)
+    if before is not None:
+        if before.job is None:
+            return
+        before.cancel()  # a newer one will be read: do not wait for the old result
+    work_queue.put(entry)
 
 
 @contextmanager
 def held() -> Iterator[None]:
     """Put off what is requested in this block until its end, so that many changes count as one."""
-    global _holding
-    before, _holding = _holding, True
+    global _held
+    outer, _held = _held, {} if _held is None else _held
     try:
         yield
     finally:
-        _holding = before
-        if bpy.app.background and not _holding:
-            _evaluate_waiting()
+        waiting, _held = _held, outer
+        if outer is None:
+            for entry in waiting.values():
+                if work_queue.is_immediate():
+                    work_queue.run_now(entry)
+                else:
+                    _put(entry)
 
 
 def stage_of(item: bpy.types.Object) -> str:
     """Describe what is being done to ``item``; "" if it is up to date."""
-    if _running is not None and _running.uid == item.session_uid:
-        return f"{_running.job.stage} ..."
-    return "Waiting ..." if item.session_uid in _waiting else ""
+    entry = work_queue.entry_of(item.session_uid)
+    return "" if entry is None else f"{entry.stage} ..."
 
 
-def _next() -> tuple[bpy.types.Object, Kind] | None:
-    """Take the object that has waited longest and still exists."""
-    while _waiting:
-        uid = next(iter(_waiting))
-        kind, item = _waiting.pop(uid), by_uid(uid)
-        if item is not None:
-            return item, kind
-    return None
-
-
-def _evaluate_waiting() -> None:
-    while found := _next():
-        item, kind = found
-        _warn_on_error(item.session_uid, kind, partial(_update, item, kind))
-
-
-def _update(item: bpy.types.Object, kind: Kind) -> None:
-    if kind.task_of(item).key != kind.record(item).evaluated:
-        evaluate(item, kind)
-
-
-def _tick() -> float | None:
-    """Write what is done and begin what waits; None ends the timer."""
-    global _running
-    redraw_sidebars()
-    if _running is not None:
-        if not _running.job.is_done:
-            return TICK
-        run, _running = _running, None
-        _warn_on_error(run.uid, run.kind, partial(_collect, run))
-    while _running is None and (found := _next()):
-        item, kind = found
-        _warn_on_error(item.session_uid, kind, partial(_begin, item, kind))
-    return TICK if _running is not None else None
-
-
-def _begin(item: bpy.types.Object, kind: Kind) -> None:
-    global _running
+def _read(handle: Handle, kind: Kind) -> Work | None:
+    """Read what has to be done to an object; None if it is gone or up to date."""
+    item = handle.find()
+    if item is None or not kind.owns(item):
+        return None
+    _failures.pop(handle.uid, None)
     task = kind.task_of(item)
-    if task.key != kind.record(item).evaluated:
-        _running = Run(item.session_uid, kind, task, Job(partial(kind.compute, task)))
+    if task.key == kind.record(item).evaluated:
+        return None
+    return Work(task.key, partial(kind.compute, task), partial(kind.write, item, task))
 
 
-def _collect(run: Run) -> None:
-    from ...core.progress import Cancelled
-
-    try:
-        outcome = run.job.result()
-    except Cancelled:
-        return
-    item = by_uid(run.uid)
+def _fail(handle: Handle, kind: Kind, error: Exception) -> None:
+    """Make the reason why an object stays as it is its warning."""
+    item = handle.find()
     if item is not None:
-        run.kind.write(item, run.task, outcome)
+        record = kind.record(item)
+        record.warnings = _failures[handle.uid] = sentence_for(error)
+        record.evaluated = record.evaluated and FAILED
 
 
-def _warn_on_error(uid: int, kind: Kind, action: Callable[[], None]) -> None:
-    """Run ``action``; if it fails, the reason becomes the warning of the object ``uid``."""
-    try:
-        action()
-    except ValueError as error:
-        item = by_uid(uid)
-        if item is not None:
-            record = kind.record(item)
-            record.warnings = str(error)
-            record.evaluated = record.evaluated and FAILED
+def raise_failure(item: bpy.types.Object) -> None:
+    """Raise SceneError with the warning of an object that could not be evaluated."""
+    kind = kind_of(item)
+    if kind is not None and (failure := _failures.get(item.session_uid)):
+        raise SceneError(failure)
 
 
 @bpy.app.handlers.persistent
@@ -187,7 +149,7 @@ def after_undo(_scene: Any, _graph: Any = None) -> None:
     """Evaluate what undo and redo have left out of date."""
     with held():
         for item in bpy.data.objects:
-            kind = kind_of(item)
+            kind = kind_of(item) if item.type == "MESH" else None
             if kind is not None and kind.record(item).evaluated:
                 request(item)
 
@@ -208,16 +170,8 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Stop listening, and stop what is running."""
-    global _running
+    """Stop listening."""
     revisions.ignore(request)
     for handlers in HANDLERS:
         handlers.remove(after_undo)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
-    if _running is not None:
-        _running.job.cancel()
-        _running.job.wait(STOP_SECONDS)
-    _waiting.clear()
     _kinds.clear()
-    _running = None

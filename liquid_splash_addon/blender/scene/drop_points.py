@@ -2,16 +2,18 @@
 """The free drops of a splash as a point cloud, including those too small for the mesh.
 
 The object is a mesh of single vertices, which a modifier turns into a point cloud: before Blender 5
-a script cannot set the size of a point cloud.
+a script cannot set the size of a point cloud. The modifier passes the vertices on as well: renders
+show the points alone, exporters write the vertices alone.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 
+from ..data import opened_files
 from .material import water_material
 from .mesh_object import flat
 
@@ -21,29 +23,44 @@ if TYPE_CHECKING:
 NAME = "Splash Drops"
 
 MARK = "splash_drops"
-"""Custom property by which the node group is found, whatever it is called."""
+"""Custom property by which the node group is found, whatever it is called: its version."""
+
+VERSION = 2
+"""Of the node group; those of version 1 made points alone."""
 
 ALL = "All Drops"
 """Input of the modifier: show also the drops that are part of the splash's mesh."""
 
 
-def points_of(splash: bpy.types.Object) -> bpy.types.Object | None:
-    """Return the object that holds the drops of ``splash``; None if it cannot be written."""
+def own_points(splash: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the object for the drops of ``splash`` alone; None if there is none.
+
+    A copy of a splash refers to the drops of the original, which are not its own. In files from
+    before owners were kept, drops belong to their parent.
+    """
     item = splash.splash_stack.points
     if item is None or not item.users_scene or item.type != "MESH":
+        return None
+    owner = item.splash.owner or item.parent
+    return item if owner == splash else None
+
+
+def points_of(splash: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the object that holds the drops of ``splash``; None if it cannot be written."""
+    item = own_points(splash)
+    if item is None:
         return None
     return item if item.mode == "OBJECT" and item.is_editable and item.data.is_editable else None
 
 
 def ensure(splash: bpy.types.Object) -> None:
     """Give ``splash`` a child object for its drops, still empty, unless it has one."""
-    item = splash.splash_stack.points
-    if item is not None and item.users_scene:
+    if own_points(splash) is not None:
         return
     item = bpy.data.objects.new(NAME, bpy.data.meshes.new(NAME))
     for collection in splash.users_collection:
         collection.objects.link(item)
-    item.parent = splash
+    item.parent = item.splash.owner = splash
     item.data.materials.append(water_material())
     item.modifiers.new(NAME, "NODES").node_group = node_group()
     splash.splash_stack.points = item
@@ -75,7 +92,7 @@ def node_group() -> bpy.types.NodeTree:
         if MARK in group and group.library is None:
             return group
     group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
-    group[MARK] = True
+    group[MARK] = 1
     group.is_modifier = True
     for name, direction, kind in (
         ("Geometry", "INPUT", "NodeSocketGeometry"),
@@ -84,6 +101,7 @@ def node_group() -> bpy.types.NodeTree:
     ):
         group.interface.new_socket(name, in_out=direction, socket_type=kind)
     add_nodes(group)
+    update_group(group)
     return group
 
 
@@ -106,9 +124,54 @@ def add_nodes(group: bpy.types.NodeTree) -> None:
     links.new(material.outputs[0], end.inputs["Geometry"])
 
 
+def update_group(group: bpy.types.NodeTree) -> None:
+    """Let the wanted vertices themselves pass beside their points, in a group of version 1.
+
+    A group that somebody has rebuilt stays as it is.
+    """
+    group[MARK] = VERSION
+    nodes, links = group.nodes, group.links
+    makers = [node for node in nodes if node.bl_idname == "GeometryNodeMeshToPoints"]
+    ends = [node for node in nodes if node.bl_idname == "NodeGroupOutput" and node.is_active_output]
+    if len(makers) != 1 or len(ends) != 1:
+        return
+    sources = [(makers[0].inputs[name], name) for name in ("Mesh", "Selection")]
+    if not ends[0].inputs[0].is_linked or not all(socket.is_linked for socket, _ in sources):
+        return
+    mesh, wanted = (socket.links[0].from_socket for socket, _ in sources)
+    rest, join = nodes.new("GeometryNodeDeleteGeometry"), nodes.new("GeometryNodeJoinGeometry")
+    unwanted = nodes.new("FunctionNodeBooleanMath")
+    unwanted.operation = "NOT"
+    points = ends[0].inputs[0].links[0].from_socket
+    links.new(wanted, unwanted.inputs[0])
+    links.new(mesh, rest.inputs["Geometry"])
+    links.new(unwanted.outputs[0], rest.inputs["Selection"])
+    links.new(rest.outputs[0], join.inputs[0])
+    links.new(points, join.inputs[0])
+    links.new(join.outputs[0], ends[0].inputs[0])
+
+
+@bpy.app.handlers.persistent
+def update_groups(_file: Any = None, _unused: Any = None) -> None:
+    """Update the node groups of an old file that was opened or appended from."""
+    for group in bpy.data.node_groups:
+        if MARK in group and group[MARK] < VERSION and group.is_editable:
+            update_group(group)
+
+
 def named(group: bpy.types.NodeTree, kind: str, name: str) -> bpy.types.Node:
     """Add a node that reads an attribute."""
     node = group.nodes.new("GeometryNodeInputNamedAttribute")
     node.data_type = kind
     node.inputs["Name"].default_value = name
     return node
+
+
+def register() -> None:
+    """Update the node groups of what is open, and of what will be."""
+    opened_files.listen(update_groups)
+
+
+def unregister() -> None:
+    """Leave node groups alone."""
+    opened_files.ignore(update_groups)

@@ -12,7 +12,7 @@ is its radius divided by the largest radius in the sketch, so a thicker line is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -64,6 +64,22 @@ def read_drawings(sketch: bpy.types.Object, only: str = "") -> tuple[list[Drawin
             "them to Bezier curves to keep their shape"
         )
     return drawings_with_pressure(drawings), warnings
+
+
+def select_strokes(sketch: bpy.types.Object, only: str, numbers: Collection[int]) -> None:
+    """Select strokes alone, by their places in what :func:`read_drawings` reads.
+
+    only : as there
+    """
+    at = 0
+    for layer in sketch.data.layers:
+        frame = layer.current_frame()
+        if frame is None:
+            continue
+        is_read = has_strokes(layer) and (layer.name == only if only else not is_hidden(layer))
+        for stroke in frame.drawing.strokes:
+            stroke.select = is_read and at in numbers
+            at += is_read
 
 
 def drawn_layers(sketch: bpy.types.Object) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Splashes as mesh objects: the mesh with its velocity, the stored fields, the place."""
+"""Splashes as mesh objects: the mesh with its velocity, and the place."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from .material import water_material
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
-
-FIELDS = "splash_fields"
-"""Custom property of the mesh data block that holds the fields, compressed."""
 
 NEAR = 1e-4
 """Two matrices whose entries differ by less (relative to their largest) count as the same."""
@@ -36,22 +33,6 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
     velocity = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
     velocity.data.foreach_set("vector", flat(mesh.velocities))
     data.update(calc_edges=True)
-
-
-def store_fields(data: bpy.types.Mesh, fields: bytes) -> None:
-    """Store a splash's compressed fields with its mesh."""
-    # Deleted first: Blender 4.5 reads bytes that replace others as text, up to the first zero.
-    if FIELDS in data:
-        del data[FIELDS]
-    data[FIELDS] = fields
-
-
-def read_mesh(data: bpy.types.Mesh) -> Mesh:
-    """Read the triangles of ``data`` as core's Mesh, with velocities of zero."""
-    from ...core.mesh.mesh import Mesh
-
-    vertices, faces = read_triangles(data)
-    return Mesh(vertices, faces, np.zeros_like(vertices))
 
 
 def read_triangles(data: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:

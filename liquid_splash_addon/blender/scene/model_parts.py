@@ -12,7 +12,8 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..data.model import models, models_of, splashes_in
+from ..data import index
+from ..data.model import models_of, splashes_in
 from . import mesh_object
 from .grease_pencil import rigid_matrix
 from .material import water_material
@@ -59,7 +60,7 @@ def add_parts(model: bpy.types.Object, splashes: Sequence[bpy.types.Object]) -> 
         if splash not in known:
             make_child(splash, model)
             part = group.parts.add()
-            part.name, part.splash = splash.name, splash
+            part.name, part.splash, splash.splash.owner = splash.name, splash, model
             group.active = len(group.parts) - 1
 
 
@@ -70,6 +71,8 @@ def remove_part(model: bpy.types.Object, number: int) -> None:
     splash = part.splash if part.is_there else None
     group.parts.remove(number)
     group.active = max(min(group.active, len(group.parts) - 1), 0)
+    if splash is not None and splash.splash.owner == model:
+        splash.splash.owner = None
     if splash is not None and splash.parent == model:
         place = mesh_object.world_matrix(splash)
         splash.parent = None
@@ -93,6 +96,30 @@ def make_child(splash: bpy.types.Object, model: bpy.types.Object) -> None:
         splash.matrix_basis = place
 
 
+def adopt_parts(model: bpy.types.Object) -> None:
+    """Give a copied model its own splashes: copies of those of the original, as its children.
+
+    Parts without an owner, in files from before owners were kept, become those of the first model.
+    """
+    for part in model.splash_model.parts:
+        if not part.is_there or part.splash.splash.owner == model:
+            continue
+        if part.splash.splash.owner is None:
+            part.splash.splash.owner = model
+            continue
+        original = part.splash
+        copy = original.copy()
+        copy.data = original.data.copy()
+        for collection in original.users_collection:
+            collection.objects.link(copy)
+        if original.parent == original.splash.owner:
+            copy.parent = model
+            copy.matrix_parent_inverse = original.matrix_parent_inverse
+        copy.splash.owner, part.splash = model, copy
+        part.name = copy.name
+        index.forget()  # Blender tells of the copy later
+
+
 def place_in(model: bpy.types.Object, splash: bpy.types.Object) -> np.ndarray:
     """Return the transform from the space of ``splash`` to that of ``model``, ``(4, 4)``."""
     if splash.parent == model and not splash.constraints:  # avoids the rounding of an inverse
@@ -107,29 +134,32 @@ def update_visibility() -> None:
     """Hide the splashes that a model shows; show those whose model is gone."""
     covered = {
         splash
-        for model in models()
+        for model in index.models()
         if model.splash_model.evaluated
         for splash in splashes_in(model)
     }
-    for item in bpy.data.objects:
-        if not item.splash.is_splash or not item.is_editable:
-            continue
+    for item in index.splashes():
         # Changed only with the model, so that a splash the user shows or hides stays that way.
-        if (item in covered) != item.splash.is_covered:
+        if item.is_editable and (item in covered) != item.splash.is_covered:
             item.splash.is_covered = item in covered
             item.hide_viewport = item.hide_render = item in covered
 
 
-_object_count = 0
+_seen_revision = -1
+"""Of the index, when its models were last looked at."""
 
 
 @bpy.app.handlers.persistent
-def notice_deleted(_scene: Any, _graph: Any = None) -> None:
-    """Show the splashes of a deleted model."""
-    global _object_count
-    if len(bpy.data.objects) != _object_count:
-        _object_count = len(bpy.data.objects)
-        update_visibility()
+def notice_objects(_scene: Any, _graph: Any = None) -> None:
+    """Show the splashes of a deleted model, and give copied models splashes of their own."""
+    global _seen_revision
+    if index.revision() == _seen_revision or bpy.app.is_job_running("RENDER"):
+        return
+    _seen_revision = index.revision()
+    for model in index.models():
+        if model.is_editable:
+            adopt_parts(model)
+    update_visibility()
 
 
 @bpy.app.handlers.persistent
@@ -142,7 +172,7 @@ def handlers() -> list[tuple[Any, Any]]:
     """Pair each list of handlers in Blender with the function to add to it."""
     known = bpy.app.handlers
     return [
-        (known.depsgraph_update_post, notice_deleted),
+        (known.depsgraph_update_post, notice_objects),
         (known.undo_post, after_undo),
         (known.redo_post, after_undo),
     ]

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import bpy
 
 
@@ -10,12 +12,23 @@ class SceneError(ValueError):
     """Something in the scene stands in the way; the message says what to do."""
 
 
-def by_uid(uid: int) -> bpy.types.Object | None:
-    """Find the object with this ``session_uid``; None if it is gone.
+class Handle(NamedTuple):
+    """An object to be found again later: its number outlives undo, a reference to it does not."""
 
-    The number outlives undo; a reference to an object does not.
-    """
-    return next((item for item in bpy.data.objects if item.session_uid == uid), None)
+    uid: int
+    name: str
+
+    @classmethod
+    def of(cls, item: bpy.types.Object) -> Handle:
+        """Return the handle of an object."""
+        return cls(item.session_uid, item.name)
+
+    def find(self) -> bpy.types.Object | None:
+        """Find the object; None if it is gone. Names are looked up first: they are an index."""
+        named = bpy.data.objects.get(self.name)
+        if named is not None and named.session_uid == self.uid:
+            return named
+        return next((item for item in bpy.data.objects if item.session_uid == self.uid), None)
 
 
 def check_writable(item: bpy.types.Object) -> None:

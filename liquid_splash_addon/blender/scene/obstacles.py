@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..data.model import is_model
-from ..data.properties import plain
+from ..data.properties import is_splash, plain
 from .grease_pencil import rigid_matrix
 from .mesh_object import read_triangles
 
@@ -53,7 +53,7 @@ def solids(
 ) -> Iterator[bpy.types.Object]:
     """Yield the visible objects that have faces, except splashes and models."""
     for item in collection.all_objects:
-        is_liquid = item.splash.is_splash or is_model(item)
+        is_liquid = is_splash(item) or is_model(item)
         if item.type in SOLID_TYPES and item.visible_get() and not is_liquid:
             yield item
 

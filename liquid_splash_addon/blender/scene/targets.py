@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 import bpy
 
+from ..data import index
 from ..data.model import active_part
+from ..data.properties import is_splash
 
 
 class Target(NamedTuple):
@@ -29,7 +31,7 @@ def find_target(context: bpy.types.Context) -> Target | None:
     if active.type == "GREASEPENCIL":
         return Target(active, splash_of(active, context.scene))
     splash = active_part(active) or active
-    if splash.splash.is_splash and splash.splash.sketch is not None:
+    if is_splash(splash) and splash.splash.sketch is not None:
         return Target(splash.splash.sketch, splash)
     return None
 
@@ -37,7 +39,7 @@ def find_target(context: bpy.types.Context) -> Target | None:
 def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
     """Find the splash that the panels show and whose refinements the buttons change."""
     active = context.active_object
-    if active is not None and active.splash.is_splash:
+    if active is not None and is_splash(active):
         return active
     if part := active_part(active):
         return part
@@ -55,6 +57,4 @@ def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Obj
 
 def splashes_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """List the splashes in the scene that are made of ``sketch`` or of one of its layers."""
-    return [
-        item for item in scene.objects if item.splash.is_splash and item.splash.sketch == sketch
-    ]
+    return [item for item in index.splashes(scene) if item.splash.sketch == sketch]

@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import bpy
 from bpy.props import StringProperty
 
+from ..data import index
 from ..data.model import is_model, models_of
+from ..data.properties import is_splash
 from ..jobs import generate_layers, scheduler
+from ..jobs.work_queue import Work
 from ..scene import model_parts
 from ..scene.objects import SceneError, select_only
-from ..scene.targets import find_target, splashes_of
+from ..scene.targets import splashes_of
 from .operators import SplashMaker
 
 
@@ -28,15 +32,24 @@ class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
     bl_label = "Generate Layers"
     bl_options = {"UNDO"}  # noqa: RUF012 (no redo panel: each layer has settings of its own)
     needs_splash = False
-    compute = staticmethod(generate_layers.compute)
 
-    def request(self, context: bpy.types.Context) -> generate_layers.LayersRequest:
+    def begin(self, context: bpy.types.Context) -> None:
+        """Take note of the sketch alone: each layer has its own splash."""
+        super().begin(context)
+        self._splash = None
+
+    def read(self) -> Work:
         """Take a snapshot of the scene."""
-        return generate_layers.snapshot(context, find_target(context).sketch, self.chosen_settings)
+        request = generate_layers.snapshot(bpy.context, self.found().sketch, self.chosen_settings)
+        return Work(
+            request.key,
+            partial(generate_layers.compute, request),
+            partial(self.write_result, request),
+        )
 
-    def write_result(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+    def write_result(self, request: Any, result: Any) -> None:
         """Write the splashes and report what was made."""
-        warnings = generate_layers.write(context, request, result)
+        warnings = generate_layers.write(bpy.context, request, result)
         made = len(request.runs)
         self.report({"INFO"}, f"{made} layer(s) made, {request.kept} unchanged")
         for warning in warnings:
@@ -45,7 +58,8 @@ class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
 
 def chosen_splashes(context: bpy.types.Context) -> list[bpy.types.Object]:
     """List the selected splashes; if there are none, those of the active sketch."""
-    selected = [item for item in context.selected_objects if item.splash.is_splash]
+    known = set(index.splashes())
+    selected = [item for item in context.selected_objects if item in known]
     active = context.active_object
     if selected or active is None or active.type != "GREASEPENCIL":
         return selected
@@ -156,7 +170,7 @@ class SPLASH_OT_part_add(ModelOperator, bpy.types.Operator):
     def change(self, context: bpy.types.Context, model: bpy.types.Object) -> None:
         """Add it."""
         splash = context.scene.objects.get(self.splash)
-        if splash is None or not splash.splash.is_splash:
+        if not is_splash(splash):
             raise SceneError(
                 f"There is no splash '{self.splash}' in this scene: choose another one"
             )
@@ -195,9 +209,7 @@ class SPLASH_MT_parts(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the splashes that are in no model yet."""
-        free = [
-            item for item in context.scene.objects if item.splash.is_splash and not models_of(item)
-        ]
+        free = [item for item in index.splashes(context.scene) if not models_of(item)]
         for item in free:
             entry = self.layout.operator(SPLASH_OT_part_add.bl_idname, text=item.name)
             entry.splash = item.name

@@ -3,33 +3,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import bpy
 
 from ...core.settings import SplashSettings
-from ...core.sketch.strokes import StrokeError
+from ...core.sketch.drawing import fault_of
 from ..data.properties import assign_settings, settings_properties, to_settings
-from ..jobs import dependencies, generate, job
+from ..jobs import dependencies, generate
+from ..jobs.messages import sentence_for
+from ..jobs.work_queue import Work
 from ..scene import sketch, targets
-from ..scene.objects import SceneError
-
-TICK = 0.1
-"""Seconds between two checks of the running job."""
-
-
-def user_errors() -> tuple[type[Exception], ...]:
-    """List the errors whose message is meant for the user; any other is a bug."""
-    from ...core.generator.weights_file import TorchMissingError, WeightsError
-    from ...core.obstacles.obstacles import ObstacleError
-
-    return (StrokeError, SceneError, ObstacleError, WeightsError, TorchMissingError)
+from ..scene.grease_pencil import read_drawings, select_strokes
+from ..scene.objects import Handle, SceneError, enter_object_mode, select_only
+from .queued_operator import QueuedOperator
 
 
-class SplashMaker:
+class SplashMaker(QueuedOperator):
     """What the operators that make a splash share.
 
     Their properties are the settings, for the redo panel and for scripts. Those that are not set
@@ -41,15 +32,14 @@ class SplashMaker:
     __annotations__ = settings_properties(options={"SKIP_SAVE"})
     realign = False
     needs_splash = True
-    compute = staticmethod(generate.compute)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there is a sketch to start from, and no other run."""
         target = targets.find_target(context)
-        if job.running is not None:
-            cls.poll_message_set("A splash is being made: press Esc to stop it")
-        elif target is None:
+        if not cls.is_free():
+            return False
+        if target is None:
             cls.poll_message_set(
                 "Select a Grease Pencil sketch, or a splash whose sketch still exists"
             )
@@ -59,114 +49,57 @@ class SplashMaker:
             return True
         return False
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Make the splash at once: for scripts, the background and the redo panel."""
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
-        try:
-            request = self.request(context)
-            result = self.compute(request, lambda _, done: manager.progress_update(100 * done))
-            self.write_result(context, request, result)
-        except user_errors() as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        finally:
-            manager.progress_end()
-        return {"FINISHED"}
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Make the splash in another thread, while Blender stays usable."""
-        if bpy.app.background:
-            return self.execute(context)
-        try:
-            self._request = self.request(context)
-        except user_errors() as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        job.start(partial(type(self).compute, self._request))
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
-        self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Show progress, stop on Esc, write the result when it is done."""
-        if event.type == "ESC" and event.value == "PRESS":
-            job.running.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        show_progress(context)
-        return self.collect(context) if job.running.is_done else {"PASS_THROUGH"}
-
-    def collect(self, context: bpy.types.Context) -> set[str]:
-        """End the modal state and write what the job made."""
-        from ...core.progress import Cancelled
-
-        try:
-            with leaving(self, context):
-                self.write_result(context, self._request, job.running.result())
-        except Cancelled:
-            self.report({"INFO"}, "Splash cancelled")
-            return {"CANCELLED"}
-        except user_errors() as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Stop, because Blender ends the operator: another file is opened, or Blender quits."""
-        job.stop()
-        with leaving(self, context):
-            pass
-
-    def request(self, context: bpy.types.Context) -> Any:
-        """Take a snapshot of the scene, and set the operator's properties to the settings used."""
-        target = targets.find_target(context)
-        owner = target.splash if target.splash is not None else context.scene
-        settings = self.chosen_settings(to_settings(owner.splash.settings))
-        request = generate.snapshot(context, target, settings, self.realign)
-        assign_settings(self, settings)
-        return request
-
-    def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
-        """Return the stored settings, replaced by those that this operator was given."""
-        given = {
+    def begin(self, context: bpy.types.Context) -> None:
+        """Take note of sketch and splash, and of the settings that were given to the operator."""
+        sketch, splash, self._layer = targets.find_target(context)
+        self._sketch = Handle.of(sketch)
+        self._splash = None if splash is None else Handle.of(splash)
+        self._given = {
             name: value
             for name, value in vars(to_settings(self)).items()
             if self.properties.is_property_set(name)
         }
-        return SplashSettings(**(vars(stored) | given))
 
-    def write_result(self, context: bpy.types.Context, request: Any, result: Any) -> None:
+    def owner(self) -> int:
+        """Return the splash that is made anew, if there is one."""
+        return 0 if self._splash is None else self._splash.uid
+
+    def read(self) -> Work:
+        """Take a snapshot of the scene, and set the operator's properties to the settings used."""
+        target = self.found()
+        owner = target.splash if target.splash is not None else bpy.context.scene
+        settings = self.chosen_settings(to_settings(owner.splash.settings))
+        request = generate.snapshot(bpy.context, target, settings, self.realign)
+        assign_settings(self, settings)
+        return Work(
+            request.key, partial(generate.compute, request), partial(self.write_result, request)
+        )
+
+    def found(self) -> targets.Target:
+        """Find sketch and splash again. Raises SceneError if one was deleted meanwhile."""
+        sketch = self._sketch.find()
+        splash = None if self._splash is None else self._splash.find()
+        if sketch is None or (splash is None and self._splash is not None):
+            raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
+        return targets.Target(sketch, splash, self._layer)
+
+    def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
+        """Return the stored settings, replaced by those that this operator was given."""
+        return SplashSettings(**(vars(stored) | self._given))
+
+    def write_result(self, request: Any, result: Any) -> None:
         """Write the result and report what was made."""
-        splash = generate.write(context, request, result)
+        splash = generate.write(bpy.context, request, result)
         self.report({"INFO"}, f"{splash.name}: {result.summary}")
         for warning in result.warnings:
             self.report({"WARNING"}, warning)
 
-
-def show_progress(context: bpy.types.Context) -> None:
-    """Show the progress in the status bar, at the pointer and in the sidebars."""
-    running = job.running
-    text = f"Splash: {running.stage} ({running.fraction:.0%}). Press Esc to stop"
-    context.workspace.status_text_set("Splash: stopping" if running.is_stopping else text)
-    context.window_manager.progress_update(100 * running.fraction)
-    job.redraw_sidebars()
-
-
-@contextmanager
-def leaving(operator: Any, context: bpy.types.Context) -> Iterator[None]:
-    """Remove the progress display after the block, whatever happens in it."""
-    try:
-        yield
-    finally:
-        job.forget()
-        context.window_manager.event_timer_remove(operator._timer)
-        context.window_manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
+    def failed(self, error: Exception) -> None:
+        """Make the reason a warning of the splash that stays as it was."""
+        handle = getattr(self, "_splash", None)
+        splash = None if handle is None else handle.find()
+        if splash is not None and splash.is_editable:
+            splash.splash.warnings = sentence_for(error)
 
 
 class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
@@ -223,6 +156,38 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class SPLASH_OT_select_strokes(bpy.types.Operator):
+    """Select the strokes of the sketch that cannot be used, in Edit Mode"""
+
+    bl_idname = "splash.select_strokes"
+    bl_label = "Select Strokes"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a sketch."""
+        if targets.find_target(context) is not None:
+            return True
+        cls.poll_message_set("Select a Grease Pencil sketch, or a splash whose sketch still exists")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Select what would be left out."""
+        item, splash, _ = targets.find_target(context)
+        layer = "" if splash is None else splash.splash.layer
+        drawings, _ = read_drawings(item, layer)
+        unusable = [number for number, drawing in enumerate(drawings) if fault_of(drawing)]
+        if not unusable:
+            self.report({"INFO"}, "All strokes can be used")
+            return {"CANCELLED"}
+        enter_object_mode(context)
+        select_only(context, item)
+        bpy.ops.object.mode_set(mode="EDIT")
+        select_strokes(item, layer, unusable)
+        self.report({"INFO"}, f"Selected {len(unusable)} stroke(s) that cannot be used")
+        return {"FINISHED"}
+
+
 class SPLASH_OT_copy_install_command(bpy.types.Operator):
     """Copy the command that installs the missing packages, to run it in a terminal"""
 
@@ -243,6 +208,7 @@ register, unregister = bpy.utils.register_classes_factory(
         SPLASH_OT_regenerate,
         SPLASH_OT_realign,
         SPLASH_OT_new_sketch,
+        SPLASH_OT_select_strokes,
         SPLASH_OT_copy_install_command,
     )
 )

@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...core.settings import SplashSettings
-from ..jobs import dependencies, job
+from ..jobs import compile_ahead, dependencies, work_queue
 from ..scene.targets import shown_splash
 from . import model_operators, operators, sketch_presets
 
@@ -36,15 +36,17 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         """Show the buttons, and the progress of a running splash."""
         layout = self.layout
         draw_missing(layout, context)
+        draw_preparing(layout, context)
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
         row.menu(sketch_presets.SPLASH_MT_preset_sketches.bl_idname)
         main = layout.column()
         main.scale_y = 1.5
-        if job.running is None:
+        entry = work_queue.collecting()
+        if entry is None:
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
-            main.progress(factor=job.running.fraction, text=f"{job.running.stage} (Esc to stop)")
+            main.progress(factor=entry.fraction, text=f"{entry.stage} (Esc to stop)")
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
@@ -94,6 +96,10 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
         layout.label(text=record.summary)
         layout.label(text=f"{record.device}, {record.precision}, weights {record.weights_hash[:8]}")
         draw_warnings(layout, context, record.warnings)
+        if operators.SPLASH_OT_select_strokes.bl_label in record.warnings:
+            layout.operator(
+                operators.SPLASH_OT_select_strokes.bl_idname, icon="RESTRICT_SELECT_OFF"
+            )
         layout.use_property_split = True
         layout.prop(record, "sketch")
         if record.sketch is not None:
@@ -102,14 +108,22 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:
     """Show what to install if the generator cannot run."""
-    missing = dependencies.missing_packages()
-    if not missing:
+    complaint = dependencies.complaint()
+    if not complaint:
         return
     box = layout.box()
-    text = f"Not installed: {', '.join(missing)}. Run this in a terminal, then restart Blender:"
-    draw_text(box, context, text, "ERROR")
+    draw_text(box, context, complaint, "ERROR")
     draw_text(box, context, dependencies.install_command())
     box.operator(operators.SPLASH_OT_copy_install_command.bl_idname, icon="COPYDOWN")
+
+
+def draw_preparing(layout: Any, context: bpy.types.Context) -> None:
+    """Show how far compiling ahead is, which the first look at the tab starts."""
+    compile_ahead.ask()
+    ahead = compile_ahead.running()
+    if ahead is not None:
+        layout.progress(factor=ahead.share, text="Preparing (first time only)")
+    draw_warnings(layout, context, compile_ahead.note())
 
 
 def settings_column(layout: Any) -> Any:

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import bpy
 from bpy.props import EnumProperty
 
@@ -10,10 +13,12 @@ from ...core.refinement.presets import PRESETS
 from ...core.refinement.settings import KINDS
 from ..data.model import is_model
 from ..data.refinements import ITEMS, add_step
-from ..jobs import refine, scheduler
+from ..jobs import refine, scheduler, work_queue
+from ..jobs.work_queue import Work
 from ..scene import drop_points
-from ..scene.objects import check_writable
+from ..scene.objects import Handle, SceneError, check_writable
 from ..scene.targets import shown_splash
+from .queued_operator import QueuedOperator
 
 
 class StackOperator:
@@ -39,11 +44,11 @@ class StackOperator:
         splash = shown_splash(context)
         try:
             check_writable(splash)
-            self.change(splash)
-            if bpy.app.background:
-                refine.evaluate(splash)
-            else:
+            with scheduler.held():  # a preset sets many values
+                self.change(splash)
                 scheduler.request(splash)
+            if work_queue.is_immediate():  # it has been done: say why if it has not
+                scheduler.raise_failure(splash)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -52,6 +57,30 @@ class StackOperator:
     def change(self, splash: bpy.types.Object) -> None:
         """Change the list of ``splash``."""
         raise NotImplementedError
+
+
+class WaitingStackOperator(QueuedOperator, StackOperator):
+    """What those share that wait for the refined liquid."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there are refinements, and no other run."""
+        return super().poll(context) and cls.is_free()
+
+    def begin(self, context: bpy.types.Context) -> None:
+        """Take note of the splash."""
+        self._item = Handle.of(shown_splash(context))
+
+    def item(self) -> bpy.types.Object:
+        """Find it again. Raises SceneError if it was deleted meanwhile."""
+        found = self._item.find()
+        if found is None:
+            raise SceneError("The splash was deleted meanwhile, so nothing was made")
+        return found
+
+    def owner(self) -> int:
+        """Return the splash or model."""
+        return self._item.uid
 
 
 class SPLASH_OT_refinement_add(StackOperator, bpy.types.Operator):
@@ -126,7 +155,7 @@ class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
         """Leave the list as it is."""
 
 
-class SPLASH_OT_drop_points(StackOperator, bpy.types.Operator):
+class SPLASH_OT_drop_points(WaitingStackOperator, bpy.types.Operator):
     """Add the free drops as a point cloud with radius and velocity; it follows its splash"""
 
     bl_idname = "splash.drop_points"
@@ -137,20 +166,26 @@ class SPLASH_OT_drop_points(StackOperator, bpy.types.Operator):
         """Whether there is a splash with refinements, or a model."""
         return is_model(context.active_object) or super().poll(context)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Add the object and evaluate, which fills it: drops are not stored."""
-        item = context.active_object if is_model(context.active_object) else shown_splash(context)
-        try:
-            check_writable(item)
+    def begin(self, context: bpy.types.Context) -> None:
+        """Take note of the model or splash."""
+        active = context.active_object
+        self._item = Handle.of(active if is_model(active) else shown_splash(context))
+
+    def read(self) -> Work:
+        """Read what its drops are made of: drops are not stored."""
+        item = self.item()
+        kind = scheduler.kind_of(item)
+        assert kind is not None
+        task = kind.task_of(item)
+
+        def write(result: Any) -> None:
             drop_points.ensure(item)
-            scheduler.evaluate(item)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+            kind.write(item, task, result)
+
+        return Work(("drops", task.key), partial(kind.compute, task), write)
 
 
-class SPLASH_OT_refinement_apply(StackOperator, bpy.types.Operator):
+class SPLASH_OT_refinement_apply(WaitingStackOperator, bpy.types.Operator):
     """Keep the refined mesh as it is and empty the list"""
 
     bl_description = (
@@ -160,17 +195,15 @@ class SPLASH_OT_refinement_apply(StackOperator, bpy.types.Operator):
     bl_idname = "splash.refinement_apply"
     bl_label = "Apply Refinements"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Evaluate the splash, then empty its list without another evaluation."""
-        splash = shown_splash(context)
-        try:
-            refine.evaluate(splash)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        splash.splash_stack.items.clear()
-        splash.splash_stack.evaluated = ""
-        return {"FINISHED"}
+    def read(self) -> Work:
+        """Read what the refined liquid is made of."""
+        splash = self.item()
+        task = refine.task_of(splash)
+        return Work(
+            ("apply", task.key),
+            partial(refine.compute_applied, task),
+            partial(refine.write_applied, splash, task),
+        )
 
 
 CLASSES = (

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compile ahead: run as a program by compile_ahead, in a process without bpy.
+
+One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
+Blender) and ``folder`` (its place). Out go lines of JSON, with ``stage`` and ``share`` or, last of
+all, ``failed``. The process ends when its input does, as Blender's end ends it.
+"""
+
+import importlib
+import json
+import os
+import sys
+import threading
+import types
+
+NICENESS = 10
+"""Added to what Blender has: all else goes first."""
+
+
+def main() -> int:
+    """Rehearse; return the exit code."""
+    order = json.loads(sys.stdin.readline())
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    if hasattr(os, "nice"):  # on Windows the parent chose the priority
+        os.nice(NICENESS)
+    sys.path[:] = order["path"]
+    stand_in(order["package"], order["folder"])
+    try:
+        importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
+    except (Exception, MemoryError) as error:
+        say(failed=f"{type(error).__name__}: {error}")
+        return 1
+    # What was not kept is no reason to try again and again, but is to be said.
+    say(note=importlib.import_module(order["package"] + ".core.compiled_code").note())
+    return 0
+
+
+def end_with_parent() -> None:
+    """Wait for the end of the input, which comes with Blender's end, however it comes."""
+    sys.stdin.read()
+    os._exit(1)
+
+
+def stand_in(package: str, folder: str) -> None:
+    """Make the package and those around it importable, without running what is in them.
+
+    Compiled code is bound to the names of its modules, and the add-on itself needs bpy.
+    """
+    parts = package.split(".")
+    for count in range(1, len(parts) + 1):
+        name = ".".join(parts[:count])
+        module = types.ModuleType(name)
+        module.__path__ = [folder] if name == package else []
+        sys.modules[name] = module
+
+
+def report(stage: str, share: float) -> None:
+    """Tell Blender how far it is."""
+    say(stage=stage, share=share)
+
+
+def say(**values: object) -> None:
+    """Write a line of JSON."""
+    sys.stdout.write(json.dumps(values) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)  # not by sys.exit: threads of torch may hold it up

@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one queue for work on scene objects: one piece at a time, computed in a thread.
+
+A piece of work is read from the scene, computed without bpy, and written. It carries a key of all
+that it was read from. When it is done the scene is read again: the result is written only if the
+key is still the same, else what is wanted now is computed. So undo, redo, copies and edits in
+flight need no tracking. Nothing is written while a render runs.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import bpy
+
+from .job import STOP_SECONDS, Job, redraw_sidebars
+
+if TYPE_CHECKING:
+    from ...core.progress import Report
+
+TICK = 0.03
+"""Seconds between two looks at the thread."""
+
+
+class Work(NamedTuple):
+    """What is to be done, as read from the scene.
+
+    Attributes
+    ----------
+    key : equal keys, equal results
+    compute : does it, without bpy
+    write : writes the result into the scene
+    """
+
+    key: Hashable
+    compute: Callable[[Report], Any]
+    write: Callable[[Any], Any]
+
+
+class Entry:
+    """A place in the queue.
+
+    Attributes
+    ----------
+    owner : session_uid of the object whose panel shows it, 0 for none
+    read : reads the work from the scene; None if there is nothing to do any more
+    fail : is told of the error that ended it
+    collected : whether an operator writes the result, so that Blender's undo knows of it
+    error : what ended it
+    is_dropped : whether it left the queue without a result
+    """
+
+    def __init__(
+        self,
+        owner: int,
+        read: Callable[[], Work | None],
+        fail: Callable[[Exception], None],
+        collected: bool = False,
+    ) -> None:
+        self.owner, self.read, self.fail, self.collected = owner, read, fail, collected
+        self.work: Work | None = None
+        self.job: Job | None = None
+        self.error: Exception | None = None
+        self.is_dropped = False
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the thread has ended and nothing stands in the way of writing."""
+        return self.job is not None and self.job.is_done and not is_rendering()
+
+    @property
+    def stage(self) -> str:
+        """What is being done."""
+        return "Waiting" if self.job is None else self.job.stage
+
+    @property
+    def fraction(self) -> float:
+        """The share that is done, 0..1."""
+        return 0.0 if self.job is None else self.job.fraction
+
+    def start(self, work: Work) -> None:
+        """Compute ``work`` in a thread."""
+        self.work, self.job = work, Job(work.compute)
+
+    def cancel(self) -> None:
+        """Ask the work to stop; without a thread it leaves the queue."""
+        if self.job is not None:
+            self.job.cancel()
+        else:
+            self.is_dropped = True
+            if self in _waiting:
+                _waiting.remove(self)
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether :meth:`cancel` was called."""
+        return self.is_dropped or (self.job is not None and self.job.is_stopping)
+
+    def finish(self) -> bool:
+        """Write the result and return True; False if what is wanted has changed meanwhile.
+
+        Then that is being computed. Raises what reading, computing or writing raised, Cancelled
+        after :meth:`cancel`.
+        """
+        assert self.job is not None and self.work is not None
+        result = self.job.result()
+        wanted = self.read()
+        if wanted is not None and wanted.key != self.work.key:
+            self.start(wanted)
+            return False
+        if wanted is not None:
+            wanted.write(result)
+        return True
+
+
+_waiting: list[Entry] = []
+_running: Entry | None = None
+
+
+def is_immediate() -> bool:
+    """Whether work is done at once, because there is no window whose user would wait."""
+    return bool(bpy.app.background)
+
+
+def is_rendering() -> bool:
+    """Whether Blender renders, and may read what would be written."""
+    return bool(bpy.app.is_job_running("RENDER"))
+
+
+def put(entry: Entry, first: bool = False) -> Entry:
+    """Add an entry, at the end or before all others, and return it."""
+    _waiting.insert(0 if first else len(_waiting), entry)
+    if not bpy.app.timers.is_registered(tick):
+        bpy.app.timers.register(tick, first_interval=TICK, persistent=True)
+    return entry
+
+
+def running() -> Entry | None:
+    """Return what is being computed now."""
+    return _running
+
+
+def is_waiting() -> bool:
+    """Whether something waits to be begun."""
+    return bool(_waiting)
+
+
+def collecting() -> Entry | None:
+    """Return what an operator waits for: running, or still waiting."""
+    entries = [*_waiting] if _running is None else [_running, *_waiting]
+    return next((entry for entry in entries if entry.collected), None)
+
+
+def entry_of(owner: int) -> Entry | None:
+    """Return the entry of an object, if it has one that no operator waits for."""
+    entries = [*_waiting] if _running is None else [_running, *_waiting]
+    return next((entry for entry in entries if entry.owner == owner and not entry.collected), None)
+
+
+def collect(entry: Entry) -> bool:
+    """Have an operator write its entry's result; return whether it is done, see Entry.finish."""
+    global _running
+    done = True
+    try:
+        done = entry.finish()
+    finally:
+        if done and _running is entry:
+            _running = None
+    return done
+
+
+def drop(entry: Entry) -> None:
+    """Stop an entry and forget it, whatever becomes of its thread."""
+    global _running
+    entry.cancel()
+    if _running is entry:
+        _running = None
+
+
+def run_now(entry: Entry) -> None:
+    """Do an entry's work at once, in this thread; errors go to ``entry.fail``."""
+    try:
+        work = entry.read()
+        if work is not None:
+            work.write(work.compute(lambda stage, share: None))
+    except Exception as error:
+        report_failure(entry, error)
+
+
+def report_failure(entry: Entry, error: Exception) -> None:
+    """Tell an entry of its error; what is no sentence for users goes to the console as well."""
+    print_unexpected(error)
+    entry.error = error
+    entry.fail(error)
+
+
+def print_unexpected(error: Exception) -> None:
+    """Print what is no sentence for users to the console, with where it happened."""
+    if not isinstance(error, (ValueError, MemoryError, ImportError)):
+        traceback.print_exception(error)
+
+
+def tick() -> float | None:
+    """Write what is done and begin what waits; None ends the timer."""
+    global _running
+    redraw_sidebars()
+    if is_rendering():
+        return TICK
+    if _running is not None and _running.is_ready and not _running.collected:
+        _end_running()
+    while _running is None and _waiting:
+        _begin(_waiting.pop(0))
+    return TICK if _running is not None else None
+
+
+def _end_running() -> None:
+    """End what was computed, unless something else is wanted of it by now."""
+    from ...core.progress import Cancelled
+
+    global _running
+    entry, done = _running, True
+    assert entry is not None
+    try:
+        done = entry.finish()
+    except Cancelled:
+        pass
+    except Exception as error:
+        report_failure(entry, error)
+    if done:
+        _running = None
+
+
+def _begin(entry: Entry) -> None:
+    global _running
+    try:
+        work = entry.read()
+        if work is not None:
+            _running = entry
+            entry.start(work)
+    except Exception as error:
+        _running = None
+        report_failure(entry, error)
+
+
+def stop(seconds: float = STOP_SECONDS) -> None:
+    """Empty the queue, and wait for the thread."""
+    global _running
+    entry, _running = _running, None
+    for waiting in [*_waiting, *([] if entry is None else [entry])]:
+        waiting.is_dropped = True
+    _waiting.clear()
+    if entry is not None and entry.job is not None:
+        entry.job.cancel()
+        entry.job.wait(seconds)
+
+
+@bpy.app.handlers.persistent
+def before_another_file(_file: object = None, _unused: object = None) -> None:
+    """Forget everything: its objects are going. The thread ends at its next report."""
+    stop(0.0)
+
+
+def register() -> None:
+    """Listen to files being opened."""
+    bpy.app.handlers.load_pre.append(before_another_file)
+
+
+def unregister() -> None:
+    """Stop what is running."""
+    bpy.app.handlers.load_pre.remove(before_another_file)
+    if bpy.app.timers.is_registered(tick):
+        bpy.app.timers.unregister(tick)
+    stop()
