@@ -22,7 +22,7 @@ import bpy
 from mathutils import Euler
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import job
+from liquid_splash_addon.blender.jobs import work_queue
 
 OUT = Path(sys.argv[-1]).resolve()
 
@@ -76,7 +76,7 @@ def steps() -> Iterator[None]:
     yield
     for _ in range(2):  # the second time as it is with everything loaded
         in_view(lambda: bpy.ops.splash.generate("INVOKE_DEFAULT", resolution="128"))
-        while job.running is not None:
+        while work_queue.collecting() is not None:
             yield
     in_view(open_sidebar)
     yield

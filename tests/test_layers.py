@@ -17,9 +17,9 @@ NEVER = {"training", "liquid_splash_addon"}
 
 ROOMS = {
     "liquid_splash_addon.core": (
-        "settings grid progress",
+        "settings grid progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "condition", "liquid", "generator",
-        "mesh", "obstacles", "refinement", "composition", "pipeline",
+        "mesh", "obstacles", "refinement", "composition", "pipeline", "rehearsal",
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),
     "training": (

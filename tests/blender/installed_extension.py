@@ -79,6 +79,7 @@ def main() -> None:
     check_splash()
     addon_utils.disable(NAME)
     assert not hasattr(bpy.types.Object, "splash"), "the extension left a property behind"
+    addon_utils.enable(NAME)  # and left so: nothing may be printed when Blender ends
 
 
 if __name__ == "__main__":

@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.data.model import is_model
 from liquid_splash_addon.blender.scene import sketch as sketches
-from liquid_splash_addon.blender.scene.mesh_object import read_mesh
+from liquid_splash_addon.blender.scene.mesh_object import read_triangles
 from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from tests.blender.sketching import (
@@ -53,7 +54,7 @@ def generate_layers(sketch: bpy.types.Object) -> bpy.types.Object:
 
 def the_model() -> bpy.types.Object:
     """Return the only model."""
-    (model,) = (item for item in bpy.context.scene.objects if item.splash_model.is_model)
+    (model,) = filter(is_model, bpy.context.scene.objects)
     return model
 
 
@@ -64,13 +65,12 @@ def part(name: str) -> bpy.types.Object:
 
 def volume(item: bpy.types.Object) -> float:
     """Return the volume of a mesh object, in Blender units."""
-    mesh = read_mesh(item.data)
-    return enclosed_volume(mesh.vertices, mesh.faces)
+    return enclosed_volume(*read_triangles(item.data))
 
 
 def edges_twice(item: bpy.types.Object) -> bool:
     """Whether a mesh object is closed: each edge has a face on either side."""
-    faces = read_mesh(item.data).faces
+    faces = read_triangles(item.data)[1]
     edges = np.concatenate([faces, np.roll(faces, 1, axis=1), np.roll(faces, 2, axis=1)])[:, :2]
     forward, back = {tuple(e) for e in edges}, {tuple(e[::-1]) for e in edges}
     return len(forward) == len(edges) and forward == back
@@ -82,7 +82,7 @@ def union_volume(items, cells: int = 96) -> float:
     low, size = points.min(axis=0), np.ptp(points, axis=0).max() / (cells - 2)
     inside = np.zeros((cells,) * 3, dtype=bool)
     for item in items:
-        triangles = ((in_world(item) - low) / size + 0.5)[read_mesh(item.data).faces]
+        triangles = ((in_world(item) - low) / size + 0.5)[read_triangles(item.data)[1]]
         inside |= winding_on_grid(triangles.astype(np.float64), (cells,) * 3) != 0
     return float(inside.sum() * size**3)
 
@@ -94,7 +94,7 @@ def bounds(item: bpy.types.Object) -> np.ndarray:
 
 def bodies(item: bpy.types.Object, size: int = 1) -> set[int]:
     """Return a vertex of each connected piece of ``size`` vertices or more."""
-    faces = read_mesh(item.data).faces
+    faces = read_triangles(item.data)[1]
     first = np.arange(len(item.data.vertices))
     for _ in range(500):
         least = first[faces].min(axis=1)

@@ -11,6 +11,7 @@ import numpy as np
 from mathutils import Matrix
 from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
+from liquid_splash_addon.blender.data.properties import is_splash
 from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.core.condition.channels import STROKE_VELOCITY
 from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
@@ -110,6 +111,20 @@ def vertices(splash: bpy.types.Object, name: str = "position") -> np.ndarray:
     return values
 
 
+def evaluated_mesh(item: bpy.types.Object) -> dict[str, np.ndarray]:
+    """Return the attributes of the points of an object's mesh, its modifiers applied, by name."""
+    bpy.context.view_layer.update()
+    mesh = item.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    found = {}
+    for name, field, width in (("position", "vector", 3), ("velocity", "vector", 3),
+                               ("radius", "value", 1)):  # fmt: skip
+        if name in mesh.attributes:
+            values = np.empty(len(mesh.vertices) * width, dtype=np.float32)
+            mesh.attributes[name].data.foreach_get(field, values)
+            found[name] = values.reshape(-1, 3) if width == 3 else values
+    return found
+
+
 def in_world(splash: bpy.types.Object) -> np.ndarray:
     """Return the splash's vertices in the world, ``(n, 3)``."""
     bpy.context.view_layer.update()
@@ -119,7 +134,7 @@ def in_world(splash: bpy.types.Object) -> np.ndarray:
 
 def splashes() -> list[bpy.types.Object]:
     """Return all splash objects of the scene."""
-    return [item for item in bpy.context.scene.objects if item.splash.is_splash]
+    return list(filter(is_splash, bpy.context.scene.objects))
 
 
 def generate(**settings: object) -> bpy.types.Object:

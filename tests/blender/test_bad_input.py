@@ -13,17 +13,17 @@ from liquid_splash_addon.blender.data import preferences
 from liquid_splash_addon.blender.jobs import loaded_generator
 from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.sketch.drawing import Drawing
-from tests.blender.sketching import add_sketch, fan, generate, line, splashes, vertices
+from tests.blender.sketching import add_sketch, fan, generate, splashes, vertices
 
 NAN = Drawing(np.array([(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)]), np.arange(3.0))
 STILL = Drawing(np.ones((5, 3)), np.arange(5.0))
 
 BAD_STROKES = {
     "no strokes": ([], {}, "Draw at least one stroke first"),
-    "one point": ([line((0, 0, 0), (1, 0, 0)), Drawing(np.zeros((1, 3)))], {}, "Stroke 2 has 1"),
+    "one point": ([Drawing(np.zeros((1, 3)))], {}, "a single point"),
     "not a number": ([NAN], {}, "not a number"),
-    "no length": ([STILL], {}, "no length"),
-    "all points equal": ([STILL, STILL], {}, "no length"),
+    "no length": ([STILL], {}, "without length"),
+    "all points equal": ([STILL, STILL], {}, "without length"),
     "outside the box": (fan(), {"real_size": 0.9}, r"set Real Size to 0\.\d+ m or less"),
 }
 

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The free drops as a point cloud that follows its splash."""
+"""The free drops as a point cloud that follows its splash, and as vertices for exporters."""
+
+from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 
 from liquid_splash_addon.blender.scene import drop_points
+from liquid_splash_addon.blender.scene.material import water_material
 from liquid_splash_addon.core.refinement.settings import SMALLEST_RADIUS
 from tests.blender.modelling import single
-from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
+from tests.blender.sketching import SIZE, add_sketch, evaluated_mesh, fan, generate, vertices
 
 CELL = 0.4 / 64
 """Of a draft, metres."""
@@ -40,6 +44,50 @@ def cloud(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             data.attributes[name].data.foreach_get(field, values)
         found.append(values.reshape(-1, width))
     return found[0], found[1][:, 0], found[2]
+
+
+@pytest.fixture
+def drops() -> SimpleNamespace:
+    """Return drops by hand, of which two in three are in no mesh."""
+    rng = np.random.default_rng(3)
+    return SimpleNamespace(
+        positions=rng.uniform(-1, 1, (30, 3)).astype(np.float32),
+        velocities=rng.normal(size=(30, 3)).astype(np.float32),
+        radii=rng.uniform(0.05, 0.1, 30).astype(np.float32),
+        meshed=np.arange(30) % 3 == 0,
+    )
+
+
+def of_version_1(drops: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> bpy.types.Object:
+    """Return the object for ``drops`` as it was made before vertices passed its modifier."""
+    owner = bpy.data.objects.new("Splash", bpy.data.meshes.new("Splash"))
+    bpy.context.scene.collection.objects.link(owner)
+    with monkeypatch.context() as patch:
+        patch.setattr(drop_points, "update_group", lambda group: None)
+        drop_points.ensure(owner)
+    drop_points.write(owner, drops)
+    return owner.splash_stack.points
+
+
+def rendered(folder: Path) -> np.ndarray:
+    """Return a small picture of the scene, its drops glowing before black."""
+    scene = bpy.context.scene
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        scene.camera.location = (0, 0, 6)
+        scene.collection.objects.link(scene.camera)
+    inputs = water_material().node_tree.nodes["Principled BSDF"].inputs
+    inputs["Emission Color"].default_value = (1, 1, 1, 1)
+    inputs["Emission Strength"].default_value = 1.0
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 48
+    scene.render.filepath = str(folder / "drops.png")
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(scene.render.filepath)
+    pixels = np.array(image.pixels[:]).reshape(-1, 4)[:, :3]
+    bpy.data.images.remove(image)
+    return pixels
 
 
 def switch(modifier: bpy.types.Modifier, identifier: str) -> None:
@@ -122,3 +170,32 @@ def test_a_model_has_points_of_its_own():
     assert count < len(item.data.vertices) <= 2 * count
     model.splash_model.parts[0].splash.splash_stack.items[0].show = False
     assert len(item.data.vertices) == 0
+
+
+def test_an_old_node_group_lets_vertices_pass_once_its_file_is_open(drops, monkeypatch, tmp_path):
+    item = of_version_1(drops, monkeypatch)
+    assert len(evaluated_mesh(item)["position"]) == 0
+    name, path = item.name, str(tmp_path / "old.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    item = bpy.data.objects[name]
+    points, radii, velocities = cloud(item)
+    found = evaluated_mesh(item)
+    np.testing.assert_array_equal(found["position"], drops.positions[~drops.meshed])
+    np.testing.assert_array_equal(found["velocity"], drops.velocities[~drops.meshed])
+    np.testing.assert_array_equal(found["radius"], drops.radii[~drops.meshed])
+    for attribute, values in (("position", points), ("radius", radii), ("velocity", velocities)):
+        np.testing.assert_array_equal(found[attribute], values)
+    group = item.modifiers[0].node_group
+    count = len(group.nodes)
+    drop_points.update_groups()
+    assert len(group.nodes) == count and drop_points.node_group() == group
+
+
+def test_vertices_do_not_show_in_renders(drops, monkeypatch, tmp_path):
+    item = of_version_1(drops, monkeypatch)
+    before = rendered(tmp_path)
+    assert 0.005 < (before > 0.5).mean() < 0.5, "drops in front of nothing"
+    drop_points.update_groups()
+    assert len(evaluated_mesh(item)["position"]) == (~drops.meshed).sum()
+    np.testing.assert_array_equal(rendered(tmp_path), before)

@@ -63,3 +63,4 @@ def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> 
         script = ["--python-exit-code", "1", "--python", SCRIPT, "--", extension]
         printed = run([blender, "--background", *script], tmp_path)
     assert "extension: works" in printed, printed
+    assert "Traceback" not in printed, printed

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from liquid_splash_addon.blender.scene.mesh_object import FIELDS
-from liquid_splash_addon.core.liquid.fields import Fields
+from liquid_splash_addon.blender.data import stored_liquid
+from liquid_splash_addon.core.refinement.stored_splash import StoredSplash
 from tests.blender.sketching import vertices
 
 BEFORE_ROOMS = Path(__file__).resolve().parents[1] / "data" / "before_rooms.blend"
@@ -41,7 +41,9 @@ def test_an_old_file_has_its_settings_and_its_liquid(splash):
     assert [item.kind for item in splash.splash_stack.items] == ["DROPLETS", "WAVES"]
     assert splash.splash_stack.items[0].droplets.amount == pytest.approx(0.004)
     assert splash.splash_obstacles.collection.name == "Stones"
-    fields = Fields.from_bytes(bytes(splash.data[FIELDS]))
+    content, identifier = stored_liquid.read(splash.data)
+    fields = StoredSplash.from_bytes(content).fields
+    assert identifier and stored_liquid.OLD_PROPERTY not in splash.data
     assert fields.grid.shape == (64, 64, 64) and (fields.occupancy > 0.5).sum() > 1000
 
 

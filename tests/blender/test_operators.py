@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.data import stored_liquid
 from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.data.properties import to_settings
-from liquid_splash_addon.blender.scene.mesh_object import FIELDS
-from liquid_splash_addon.core.liquid.fields import Fields
+from liquid_splash_addon.core.refinement.stored_splash import StoredSplash
 from tests.blender.sketching import (
     TubeGenerator,
     add_sketch,
@@ -81,7 +81,11 @@ def test_what_is_needed_to_make_it_again_is_kept_on_the_splash():
     assert memory.version[0].isdigit()
     frame = frame_from_text(memory.frame)
     np.testing.assert_allclose(frame.axes @ frame.axes.T, np.eye(3), atol=1e-12)
-    assert Fields.from_bytes(splash.data[FIELDS]).grid.shape == (64, 64, 64)
+    assert StoredSplash.from_bytes(stored_liquid.read(splash.data)[0]).fields.grid.shape == (
+        64,
+        64,
+        64,
+    )
 
 
 def test_a_splash_is_made_again_in_its_own_precision(monkeypatch):
@@ -115,11 +119,11 @@ def test_another_format_than_the_recorded_one_is_a_warning(monkeypatch):
 def test_everything_survives_a_file(tmp_path):
     add_sketch(fan())
     splash = generate(seed=3)
-    name, before, fields = splash.name, vertices(splash), splash.data[FIELDS]
+    name, before, fields = splash.name, vertices(splash), stored_liquid.read(splash.data)[0]
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "splash.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "splash.blend"))
     splash = bpy.data.objects[name]
-    assert splash.data[FIELDS] == fields
+    assert stored_liquid.read(splash.data)[0] == fields
     activate(splash)
     bpy.ops.splash.regenerate()
     np.testing.assert_array_equal(vertices(splash), before)

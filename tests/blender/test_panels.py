@@ -3,41 +3,17 @@
 
 import sys
 from types import SimpleNamespace
-from typing import Any
 
 import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender.jobs import dependencies, job
+from liquid_splash_addon.blender.jobs import dependencies, work_queue
 from liquid_splash_addon.blender.ui.model_panel import SPLASH_PT_model, SPLASH_PT_model_waves
 from liquid_splash_addon.blender.ui.panels import SPLASH_PT_info, SPLASH_PT_main, SPLASH_PT_settings
+from tests.blender.drawing_panels import drawn
 from tests.blender.modelling import crossing, generate_layers, part
 from tests.blender.sketching import add_sketch, fan, generate
-
-
-class Recorder:
-    """Stands in for a layout and keeps the texts, operators and properties it was given."""
-
-    def __init__(self, said: list[str]) -> None:
-        self.__dict__["said"] = said
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Take any setting of a layout."""
-
-    def __getattr__(self, name: str) -> Any:
-        def call(*args: Any, **options: Any) -> "Recorder":
-            self.said.extend(str(value) for value in (*args, options.get("text", "")) if value)
-            return Recorder(self.said)
-
-        return call
-
-
-def drawn(panel: Any) -> str:
-    """Return all that ``panel`` shows now, in one line."""
-    said: list[str] = []
-    panel.draw(SimpleNamespace(layout=Recorder(said)), bpy.context)
-    return " ".join(said)
 
 
 def test_the_buttons_are_there():
@@ -60,7 +36,7 @@ def test_settings_are_those_of_the_scene_then_those_of_the_splash(tubes):
 
 def test_progress_takes_the_place_of_the_button(monkeypatch):
     running = SimpleNamespace(stage="Generating", fraction=0.5)
-    monkeypatch.setattr(job, "running", running)
+    monkeypatch.setattr(work_queue, "collecting", lambda: running)
     said = drawn(SPLASH_PT_main)
     assert "Generating (Esc to stop)" in said and "splash.generate" not in said.split()
     with pytest.raises(RuntimeError, match="press Esc"):

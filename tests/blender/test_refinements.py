@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
+from liquid_splash_addon.blender.data import stored_liquid
 from liquid_splash_addon.blender.data.refinements import steps_of
 from liquid_splash_addon.blender.jobs import refine
-from liquid_splash_addon.blender.scene.mesh_object import FIELDS
 from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
@@ -35,7 +35,7 @@ def add(kind: str) -> object:
 
 @pytest.mark.parametrize("kind", ["DROPLETS", "RUPTURES", "WAVES"])
 def test_a_refinement_changes_the_mesh_and_an_eye_switches_it_off(splash, kind):
-    plain, fields = vertices(splash), bytes(splash.data[FIELDS])
+    plain, fields = vertices(splash), stored_liquid.read(splash.data)[0]
     item = add(kind)
     refined = vertices(splash)
     assert refined.shape != plain.shape or np.abs(refined - plain).max() > 1e-4
@@ -43,7 +43,7 @@ def test_a_refinement_changes_the_mesh_and_an_eye_switches_it_off(splash, kind):
     np.testing.assert_array_equal(vertices(splash), plain)
     item.show = True
     np.testing.assert_array_equal(vertices(splash), refined)
-    assert bytes(splash.data[FIELDS]) == fields, "the generator's output stays"
+    assert stored_liquid.read(splash.data)[0] == fields, "the generator's output stays"
 
 
 def test_sliders_are_live_and_reversible(splash):
@@ -143,7 +143,7 @@ def test_velocity_is_carried_along(splash):
 
 def test_lost_fields_are_reported_and_nothing_is_lost(splash):
     plain = vertices(splash)
-    del splash.data[FIELDS]
+    splash.data.splash_liquid.content = b""
     with pytest.raises(RuntimeError, match="generate it again"):
         bpy.ops.splash.refinement_add(kind="WAVES")
     np.testing.assert_array_equal(vertices(splash), plain)

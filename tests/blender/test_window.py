@@ -10,6 +10,7 @@ import bpy
 import pytest
 
 SCRIPT = Path(__file__).with_name("window_script.py")
+STRESS = SCRIPT.with_name("stress_script.py")
 SIZE = "800x600"
 
 pytestmark = pytest.mark.skipif(
@@ -31,17 +32,36 @@ def screen():
     server.wait()
 
 
-def test_buttons_in_a_window(screen):
+def run_in_a_window(screen: str, script: Path, *words: str, timeout: float = 400.0) -> str:
+    """Run a script in a Blender with a window; return what it printed."""
     command = [bpy.app.binary_path, "--factory-startup", "--enable-event-simulate"]
     command += ["--gpu-backend", "opengl", "--window-geometry", "0", "0", *SIZE.split("x")]
     environment = {**os.environ, "DISPLAY": screen, "LIBGL_ALWAYS_SOFTWARE": "1"}
     environment.pop("WAYLAND_DISPLAY", None)
     done = subprocess.run(
-        [*command, "--python", SCRIPT],
+        [*command, "--python", script, "--", *words],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=400,
+        timeout=timeout,
     )
-    assert "window: works" in done.stdout and "Traceback" not in done.stdout, done.stdout
+    return done.stdout
+
+
+def test_buttons_in_a_window(screen):
+    printed = run_in_a_window(screen, SCRIPT)
+    assert "window: works" in printed and "Traceback" not in printed, printed
+
+
+@pytest.mark.parametrize("seed", [0])
+def test_random_changes_with_work_in_flight(screen, seed):
+    printed = run_in_a_window(screen, STRESS, "50", str(seed))
+    assert "window: works" in printed and "Traceback" not in printed, printed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_five_hundred_random_changes(screen, seed):
+    printed = run_in_a_window(screen, STRESS, "500", str(seed), timeout=1800)
+    assert "window: works" in printed and "Traceback" not in printed, printed

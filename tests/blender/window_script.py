@@ -15,13 +15,23 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import bpy
+import numpy as np
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import compose, job, loaded_generator, refine, scheduler
+from liquid_splash_addon.blender.data.properties import to_settings
+from liquid_splash_addon.blender.jobs import (
+    compose,
+    generate,
+    loaded_generator,
+    refine,
+    scheduler,
+    work_queue,
+)
 from liquid_splash_addon.blender.scene.sketch import add_strokes
+from liquid_splash_addon.blender.scene.targets import Target
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
-PATIENCE = 60.0
+PATIENCE = 240.0
 """Seconds until a condition that does not come true is a failure."""
 
 Condition = Callable[[], bool]
@@ -60,7 +70,7 @@ def key(kind: str) -> None:
 
 
 def idle() -> bool:
-    return job.running is None
+    return work_queue.collecting() is None
 
 
 def draw() -> bpy.types.Object:
@@ -104,7 +114,7 @@ def steps() -> Iterator[Condition]:
     draw()
     press("splash.generate")
     key("ESC")
-    yield lambda: idle() or job.running.is_stopping
+    yield lambda: idle() or work_queue.collecting().is_stopping
     yield idle
     assert not splashes(), "Esc leaves nothing"
 
@@ -178,6 +188,53 @@ def refining() -> Iterator[Condition]:
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield lambda: True
     assert not splashes(), "another file was opened meanwhile"
+
+
+def in_flight() -> Iterator[Condition]:
+    """Change settings while a splash is made: nothing is lost, and the mesh is what they give."""
+    draw()
+    press("splash.generate")
+    yield idle
+    (splash,) = splashes()
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.splash.refinement_add("EXEC_DEFAULT", True, kind="DROPLETS")
+    yield lambda: not scheduler.stage_of(splash)
+    assert press("splash.regenerate") == {"RUNNING_MODAL"}
+    yield lambda: work_queue.running() is not None
+    splash.splash.settings.seed, splash.splash.settings.variation = 7, 1.0
+    splash.splash_stack.items[0].droplets.amount = 0.02
+    yield idle
+    yield lambda: not scheduler.stage_of(splash)
+    settings = splash.splash.settings
+    assert (settings.seed, settings.variation) == (7, 1.0)
+    assert splash.splash_stack.evaluated == refine.task_of(splash).key
+    mesh = np.empty((len(splash.data.vertices), 3), np.float32)
+    splash.data.vertices.foreach_get("co", mesh.ravel())
+    np.testing.assert_array_equal(mesh, directly(splash))
+
+    # Applied while a change waits, and undone after it: the list is back, and what it gives.
+    bpy.ops.ed.undo_push(message="Droplets")
+    splash.splash_stack.items[0].droplets.seed = 5
+    press("splash.refinement_apply")
+    yield idle
+    yield lambda: not scheduler.stage_of(splash)
+    assert not splash.splash_stack.items
+    applied = len(splash.data.vertices)
+    press("ed.undo")
+    (splash,) = splashes()
+    yield lambda: not scheduler.stage_of(splashes()[0])
+    (splash,) = splashes()
+    assert len(splash.splash_stack.items) == 1
+    press("ed.redo")
+    yield lambda: not scheduler.stage_of(splashes()[0])
+    assert len(splashes()[0].data.vertices) == applied
+
+
+def directly(splash: bpy.types.Object) -> np.ndarray:
+    """Return the vertices that a splash has by its strokes and settings, computed at once."""
+    target = Target(splash.splash.sketch, splash, splash.splash.layer)
+    request = generate.snapshot(bpy.context, target, to_settings(splash.splash.settings))
+    return generate.compute(request, lambda stage, share: None).mesh.vertices
 
 
 def mistaken() -> Iterator[Condition]:
@@ -303,6 +360,7 @@ def everything() -> Iterator[Condition]:
     """Check it all."""
     yield from steps()
     yield from refining()
+    yield from in_flight()
     yield from mistaken()
     yield from joining()
 
