@@ -98,6 +98,7 @@ def saved(tmp_path_factory) -> Saved:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(loaded_generator, "get", lambda *_: ThickTubes())
         bpy.context.scene.splash.settings.resolution = "64"
+        bpy.context.scene.frame_end = 2  # what has a modifier is exported for every frame
         add_sketch(fan(), Matrix.Translation((3, 0, 1)) @ Matrix.Rotation(0.5, 4, "Z"))
         refine(generate(), amount=0.03, flight=0.1, cohesion=0.4, spread=1.0)
         generate_layers(crossing())
