@@ -48,8 +48,11 @@ class KeptCode(FunctionCache):
 def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles a function, with numba's ``options``.
 
+    Compiled loops let go of Python's lock: Blender's interface needs it meanwhile.
+
     cache : whether its compiled code is kept.
     """
+    options = {"nogil": True, **options}
 
     def compiled(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)

@@ -67,6 +67,18 @@ def test_the_volume_stays_and_all_fields_agree():
     assert (after.velocity == before.velocity).all()
 
 
+def test_new_liquid_has_a_velocity():
+    """Where an edge moves out into cells for which the generator gave none."""
+    before = sheet(doubt=8)
+    velocity = before.velocity * (before.occupancy > 0.5)
+    distance = np.where(before.occupancy > 0.5, before.distance, np.float32(AIR))
+    before = Fields(before.occupancy, distance.astype(np.float32), velocity, before.grid)
+    after = reshaped(before, smoothed_edges)
+    wet = after.occupancy > 0.5
+    assert (wet & ~(before.occupancy > 0.5)).any(), "some liquid is new"
+    assert np.linalg.norm(after.velocity, axis=0)[wet].min() > 0
+
+
 def test_what_is_sure_stays():
     before = sheet(doubt=8)
     after = reshaped(copied(before), smoothed_edges)

@@ -99,7 +99,7 @@ def quantize(x: Tensor, steps: int) -> tuple[Tensor, float, int]:
     return result, scale, zero_point
 
 
-@njit(nogil=True, fastmath=True, cache=True)
+@njit(fastmath=True, cache=True)
 def round_to_bytes(
     values: np.ndarray,
     shift: np.uint32,

@@ -45,7 +45,7 @@ def shuffled_onto(x: Tensor, base: Tensor | None) -> Tensor:
     return torch.from_numpy(result)
 
 
-@njit(nogil=True, cache=True)
+@njit(cache=True)
 def add_octants(
     x: np.ndarray, shift: np.uint32, base: np.ndarray, result: np.ndarray, begin: int, end: int
 ) -> None:

@@ -136,7 +136,7 @@ def half_thickness(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return cells, np.where(np.isnan(half), AIR, half) + np.float32(0.25)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> None:
     """Set, in the liquid, the depth of the deepest cell within THICKNESS_WINDOW."""
     x, y, z = distance.shape

@@ -57,7 +57,7 @@ def blurred_at(level: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return blurred
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _blur(level: np.ndarray, cells: np.ndarray, taps: np.ndarray, blurred: np.ndarray) -> None:
     """Set the weighted mean of the level around each cell; outside of the array is none."""
     x, y, z = level.shape

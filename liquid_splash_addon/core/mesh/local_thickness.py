@@ -39,7 +39,7 @@ def thickness_and_clearance(
     return inward, outward
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@njit(cache=True, fastmath=True)
 def _touching_balls(start, stop, points, sorted_points, normals, first, size, reach, *found):
     inward, outward = found
     one = np.float32(1)

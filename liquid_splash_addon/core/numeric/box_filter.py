@@ -20,7 +20,7 @@ def mean_around(values: np.ndarray, cells: np.ndarray, reach: int) -> np.ndarray
     return mean
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _mean(values: np.ndarray, cells: np.ndarray, reach: int, mean: np.ndarray) -> None:
     x, y, z = values.shape
     for n in range(len(cells)):

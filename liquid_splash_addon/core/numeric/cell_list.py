@@ -11,7 +11,7 @@ import numpy as np
 from ..compiling import njit
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def counting_sort(keys, count):
     """Return the order of ``keys`` and where each key begins, int32 ``(n,)`` and ``(count + 1,)``.
 
@@ -30,7 +30,7 @@ def counting_sort(keys, count):
     return order, first[:-1]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def cell_list(points, low, size, shape):
     """Return :func:`counting_sort` of ``points`` ``(n, 3)`` by cell, the last axis fastest.
 

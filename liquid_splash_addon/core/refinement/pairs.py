@@ -54,7 +54,7 @@ def find_pairs(positions: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, 
     return first, second
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@njit(cache=True, fastmath=True)
 def _pairs(start, stop, positions, spacing, low, size, shape, order, begins, first, second):
     """Write the pairs of some particles with later ones as long as they fit; return how many."""
     count = 0
