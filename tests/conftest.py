@@ -15,9 +15,22 @@ if os.environ.get("LIQUID_SPLASH_NO_BPY") == "1":
     sys.modules.update(dict.fromkeys(BLENDER_MODULES))
 
 HAS_BPY = importlib.util.find_spec("bpy") is not None
-# What is long and cannot depend on Blender runs where there is none.
-LONG = ("training/test_claims.py", "training/test_physics.py", "training/test_running.py")
-collect_ignore = [*LONG] if HAS_BPY else ["blender"]
+
+
+def left_out() -> list[str]:
+    """Return what this way of testing leaves out: each test runs where it may have an effect.
+
+    Training needs no Blender. Core depends on Python and its libraries, which a Blender program
+    brings along; Blender's Python module runs in the Python that tests them without it.
+    """
+    if not HAS_BPY:
+        return ["blender"]
+    import bpy
+
+    return ["training", "core"] if bpy.app.module else ["training"]
+
+
+collect_ignore = left_out()
 
 
 def pytest_report_header() -> str:
