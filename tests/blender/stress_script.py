@@ -106,7 +106,6 @@ class Stress:
         if splash is not None:
             settings = splash.splash.settings
             settings.seed, settings.variation = self.dice.randrange(99), self.dice.random()
-            settings.surface_threshold = self.dice.uniform(0.3, 0.6)
             self.push()
 
     def add(self) -> None:
@@ -160,13 +159,13 @@ class Stress:
         found = self.objects()
         if found and len(found) < OBJECTS_MOST:
             self.activate(self.dice.choice(found))
-            press("object.duplicate")
+            self.call_object("duplicate")
 
     def delete(self) -> None:
         found = self.objects()
         if len(found) > 4:
             self.activate(self.dice.choice(found))
-            press("object.delete")
+            self.call_object("delete")
 
     def model_setting(self) -> None:
         found = [item for item in self.objects() if is_model(item)]
@@ -193,6 +192,11 @@ class Stress:
         """Run one of our operators with an undo step of its own."""
         with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
             getattr(bpy.ops.splash, name)("EXEC_DEFAULT", True, **options)
+
+    def call_object(self, name: str) -> None:
+        """Run one of Blender's operators with an undo step, without which undo may crash."""
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            getattr(bpy.ops.object, name)("EXEC_DEFAULT", True)
 
     def wrong(self) -> list[str]:
         """Name the objects whose mesh is not what their settings give, computed directly."""

@@ -36,7 +36,17 @@ def test_apply_keeps_the_mesh_and_empties_the_list(applied):
     bare = vertices(applied)
     assert not applied.splash_stack.items and not applied.splash_stack.warnings
     bpy.ops.splash.refinement_update()
-    assert farthest(applied, bare) < 0.02 * CELL
+    np.testing.assert_array_equal(vertices(applied), bare)
+
+
+def test_apply_moves_nothing_that_one_could_see():
+    add_sketch(fan())
+    splash = generate()
+    bpy.ops.splash.refinement_preset(preset="FRESH")
+    refined = vertices(splash)
+    bpy.ops.splash.refinement_apply()
+    assert farthest(splash, refined) < 0.5 * CELL
+    assert len(vertices(splash)) == pytest.approx(len(refined), rel=0.05)
 
 
 def test_what_is_added_after_apply_comes_on_top(applied):

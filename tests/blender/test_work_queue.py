@@ -167,6 +167,29 @@ def test_a_copy_is_evaluated_by_itself(splash, windowed):
     assert vertices(copy).shape != before.shape or np.abs(vertices(copy) - before).max() > 0
 
 
+def test_a_copy_of_a_splash_that_waits_is_evaluated_too(splash, windowed):
+    """The copy has the changed settings, but the mesh of before."""
+    amount(splash).amount = 0.02
+    copy = splash.copy()
+    copy.data = splash.data.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    bpy.context.view_layer.update()
+    run_queue()
+    for item in (splash, copy):
+        np.testing.assert_array_equal(vertices(item), computed(item))
+        assert not item.splash_stack.pending
+
+
+def test_a_file_saved_while_a_change_waits_goes_on(splash, windowed, tmp_path):
+    amount(splash).amount = 0.02
+    path, name = str(tmp_path / "waiting.blend"), splash.name
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    run_queue()
+    again = bpy.data.objects[name]
+    np.testing.assert_array_equal(vertices(again), computed(again))
+
+
 def test_nothing_is_written_while_a_render_runs(splash, windowed, monkeypatch):
     before = vertices(splash)
     monkeypatch.setattr(work_queue, "is_rendering", lambda: True)

@@ -60,6 +60,9 @@ class SplashModelGroup(bpy.types.PropertyGroup):
         update=changed,
     )
     waves: PointerProperty(type=SplashModelWavesGroup)
+    pending: BoolProperty(
+        description="Whether the mesh is yet to follow a change: copies and saved files go on"
+    )
     evaluated: StringProperty(description="Digest of what the mesh was last made of")
     summary: StringProperty(description="What the last evaluation made")
     warnings: StringProperty(description="Warnings of the last evaluation, one per line")

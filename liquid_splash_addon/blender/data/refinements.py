@@ -68,6 +68,9 @@ class SplashStackGroup(bpy.types.PropertyGroup):
 
     items: CollectionProperty(type=SplashRefinementGroup)
     active: IntProperty(name="Active", description="The refinement whose settings are shown")
+    pending: BoolProperty(
+        description="Whether the mesh is yet to follow a change: copies and saved files go on"
+    )
     evaluated: StringProperty(description="Digest of what the mesh was last refined with")
     points: PointerProperty(
         type=bpy.types.Object,

@@ -162,7 +162,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     mesh_object.write_mesh(model.data, made.mesh)
     drop_points.write(model, made.drops)
     group = model.splash_model
-    group.evaluated = task.key
+    group.evaluated, group.pending = task.key, False
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
     group.warnings = "\n".join(dict.fromkeys(made.warnings))
     model_parts.update_visibility()

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
-    from ...core.refinement.stack import Refiner
+    from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
 
@@ -102,23 +102,31 @@ refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
 def refiner_of(task: Task) -> Refiner:
     """Return the refiner for a task, without bpy. Raises ValueError for damaged fields."""
     global refiner
+    key = (task.identifier, task.threshold, *task.around)
+    if refiner is None or refiner[0] != key:
+        refiner = key, new_refiner(task, task.content)
+    return refiner[1]
+
+
+def new_refiner(task: Task, content: bytes) -> Refiner:
+    """Return a refiner for stored liquid, with all else as in a task."""
     from ...core.refinement.stack import Refiner
     from ...core.refinement.stored_splash import StoredSplash
 
-    key = (task.identifier, task.threshold, *task.around)
-    if refiner is None or refiner[0] != key:
-        obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
-        stored = StoredSplash.from_bytes(task.content)
-        made = Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied)
-        refiner = key, made
-    return refiner[1]
+    obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
+    stored = StoredSplash.from_bytes(content)
+    return Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied)
 
 
 def compute(task: Task, report: Report) -> Outcome:
     """Refine, without bpy. Raises ValueError for damaged fields."""
+    return outcome_of(task, refiner_of(task).refine(task.steps, report))
+
+
+def outcome_of(task: Task, refined: Refined) -> Outcome:
+    """Return a refined splash in its own units."""
     from ...core.composition.drops import drops_to_drawing, mesh_to_drawing
 
-    refined = refiner_of(task).refine(task.steps, report)
     return Outcome(
         mesh_to_drawing(refined.mesh, task.frame),
         drops_to_drawing(refined.cloud, task.frame),
@@ -142,7 +150,7 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
     gained : change of the volume by each refinement, as a share
     """
     stack = splash.splash_stack
-    stack.evaluated = key
+    stack.evaluated, stack.pending = key, False
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
     stack.warnings = "\n".join(dict.fromkeys(warnings))
     for model in models_of(splash):
@@ -150,14 +158,17 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
 
 
 def compute_applied(task: Task, report: Report) -> tuple[Outcome, bytes]:
-    """Refine, and store what that makes instead of the refinements. Without bpy."""
+    """Refine, and store what that makes instead of the refinements. Without bpy.
+
+    The mesh is that of the liquid as it is stored, which is rounded by about 0.01 cells: so it is
+    the same whenever it is made again.
+    """
     from ...core.refinement.stored_splash import StoredSplash
 
-    outcome = compute(task, report)
-    stored = replace(
-        StoredSplash.from_bytes(task.content), applied=refiner_of(task).applied(task.steps)
-    )
-    return outcome, stored.to_bytes()
+    stored = StoredSplash.from_bytes(task.content)
+    content = replace(stored, applied=refiner_of(task).applied(task.steps)).to_bytes()
+    refined = new_refiner(task, content).refine((), report)
+    return outcome_of(task, refined), content
 
 
 def write_applied(splash: bpy.types.Object, task: Task, made: tuple[Outcome, bytes]) -> None:

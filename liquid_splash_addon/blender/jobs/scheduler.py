@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 
-from ..data import revisions
+from ..data import index, revisions
 from ..scene.objects import Handle, SceneError
 from . import work_queue
 from .messages import sentence_for
@@ -75,6 +75,8 @@ def request(item: bpy.types.Object) -> None:
         return
     handle = Handle.of(item)
     entry = Entry(handle.uid, partial(_read, handle, kind), partial(_fail, handle, kind))
+    if not work_queue.is_immediate() and item.is_editable:
+        kind.record(item).pending = True
     if _held is not None:
         _held[handle.uid] = entry
     elif work_queue.is_immediate():
@@ -124,6 +126,7 @@ def _read(handle: Handle, kind: Kind) -> Work | None:
     _failures.pop(handle.uid, None)
     task = kind.task_of(item)
     if task.key == kind.record(item).evaluated:
+        kind.record(item).pending = False
         return None
     return Work(task.key, partial(kind.compute, task), partial(kind.write, item, task))
 
@@ -134,7 +137,7 @@ def _fail(handle: Handle, kind: Kind, error: Exception) -> None:
     if item is not None:
         record = kind.record(item)
         record.warnings = _failures[handle.uid] = sentence_for(error)
-        record.evaluated = record.evaluated and FAILED
+        record.evaluated, record.pending = record.evaluated and FAILED, False
 
 
 def raise_failure(item: bpy.types.Object) -> None:
@@ -148,13 +151,48 @@ def raise_failure(item: bpy.types.Object) -> None:
 def after_undo(_scene: Any, _graph: Any = None) -> None:
     """Evaluate what undo and redo have left out of date."""
     with held():
-        for item in bpy.data.objects:
-            kind = kind_of(item) if item.type == "MESH" else None
+        for item in (*index.splashes(), *index.models()):
+            kind = kind_of(item)
             if kind is not None and kind.record(item).evaluated:
                 request(item)
 
 
-HANDLERS = (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post)
+_seen_revision = 0
+
+
+@bpy.app.handlers.persistent
+def after_update(_scene: Any, _graph: Any = None) -> None:
+    """Evaluate copies that were made before the original had followed its last change."""
+    global _seen_revision
+    if index.revision() == _seen_revision or work_queue.is_rendering():
+        return
+    _seen_revision = index.revision()
+    go_on()
+
+
+@bpy.app.handlers.persistent
+def go_on(_file: Any = None, _unused: Any = None) -> None:
+    """Evaluate what has yet to follow a change and is not in the queue, as in a file just opened.
+
+    Other objects of a file stay as they were saved.
+    """
+    with held():
+        for item in (*index.splashes(), *index.models()):
+            kind = kind_of(item)
+            is_queued = work_queue.entry_of(item.session_uid) is not None
+            if kind is not None and kind.record(item).pending and not is_queued:
+                request(item)
+
+
+def handlers() -> list[tuple[Any, Any]]:
+    """Pair each list of handlers in Blender with the function to add to it."""
+    known = bpy.app.handlers
+    return [
+        (known.undo_post, after_undo),
+        (known.redo_post, after_undo),
+        (known.load_post, go_on),
+        (known.depsgraph_update_post, after_update),
+    ]
 
 
 def add(kind: Kind) -> None:
@@ -165,13 +203,13 @@ def add(kind: Kind) -> None:
 def register() -> None:
     """Listen to changes, and to undo and redo."""
     revisions.listen(request)
-    for handlers in HANDLERS:
-        handlers.append(after_undo)
+    for known, handler in handlers():
+        known.append(handler)
 
 
 def unregister() -> None:
     """Stop listening."""
     revisions.ignore(request)
-    for handlers in HANDLERS:
-        handlers.remove(after_undo)
+    for known, handler in handlers():
+        known.remove(handler)
     _kinds.clear()
