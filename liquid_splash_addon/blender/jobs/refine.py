@@ -158,17 +158,12 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
 
 
 def compute_applied(task: Task, report: Report) -> tuple[Outcome, bytes]:
-    """Refine, and store what that makes instead of the refinements. Without bpy.
-
-    The mesh is that of the liquid as it is stored, which is rounded by about 0.01 cells: so it is
-    the same whenever it is made again.
-    """
+    """Refine, and store what that makes instead of the refinements. Without bpy."""
     from ...core.refinement.stored_splash import StoredSplash
 
     stored = StoredSplash.from_bytes(task.content)
     content = replace(stored, applied=refiner_of(task).applied(task.steps)).to_bytes()
-    refined = new_refiner(task, content).refine((), report)
-    return outcome_of(task, refined), content
+    return compute(task, report), content
 
 
 def write_applied(splash: bpy.types.Object, task: Task, made: tuple[Outcome, bytes]) -> None:

@@ -95,7 +95,7 @@ class Refiner:
         self.base = Detail(LevelSet.of(fields, threshold))
         self.applied_waves: tuple[WaveSettings, ...] = ()
         if applied is not None:
-            self.base = Detail(LevelSet.of(applied.fields), cloud=applied.cloud)
+            self.base = Detail(applied.liquid, cloud=applied.cloud)
             self.applied_waves = applied.waves
         self.obstacles, self.offset = obstacles, offset
         self._details: dict[Steps, Detail] = {}
@@ -150,7 +150,7 @@ class Refiner:
         for detail in details:
             cloud = cloud.joined(detail.cloud)
         waves = (*self.applied_waves, *wave_steps(steps))
-        return Applied(details[-1].liquid.fields(), cloud, waves)
+        return Applied(details[-1].liquid, cloud, waves)
 
     def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
         """Return the splash before and after each of the ``solid`` steps.

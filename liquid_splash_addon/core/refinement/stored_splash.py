@@ -16,7 +16,9 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..liquid.fields import Fields
+from ..grid import Grid
+from ..liquid.fields import AIR, Fields
+from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
 from ..sketch.strokes import Stroke
 from .drop_meshes import DropCloud
@@ -32,12 +34,12 @@ class Applied:
 
     Attributes
     ----------
-    fields : the refined liquid, before obstacles are carved out; its surface is at 0.5
+    liquid : the refined liquid, before obstacles are carved out
     cloud : the drops that fly free
     waves : the waves on its mesh, first to last
     """
 
-    fields: Fields
+    liquid: LevelSet
     cloud: DropCloud
     waves: tuple[WaveSettings, ...] = ()
 
@@ -63,7 +65,7 @@ class StoredSplash:
         arrays |= prefixed("fields", self.fields.to_arrays())
         arrays |= prefixed("strokes", stroke_arrays(self.strokes))
         if self.applied is not None:
-            arrays |= prefixed("applied", self.applied.fields.to_arrays())
+            arrays |= prefixed("applied", level_arrays(self.applied.liquid))
             arrays |= prefixed("cloud", cloud_arrays(self.applied.cloud))
             waves = json.dumps([asdict(step) for step in self.applied.waves])
             arrays["waves"] = np.frombuffer(waves.encode(), dtype=np.uint8)
@@ -104,7 +106,7 @@ def read_arrays(arrays: Mapping[str, np.ndarray]) -> StoredSplash:
     if "waves" in arrays:
         waves = json.loads(arrays["waves"].tobytes())
         applied = Applied(
-            Fields.from_arrays(without_prefix("applied", arrays)),
+            read_level(without_prefix("applied", arrays)),
             read_cloud(without_prefix("cloud", arrays)),
             tuple(WaveSettings(**settings) for settings in waves),
         )
@@ -126,6 +128,33 @@ def without_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, n
     return {
         name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)
     }
+
+
+def level_arrays(liquid: LevelSet) -> dict[str, np.ndarray]:
+    """Return a level set where it is nearer to liquid than AIR, in full precision.
+
+    Rounded, what was applied would not be the mesh that was seen.
+    """
+    near = liquid.level < AIR
+    return {
+        "near": np.packbits(near),
+        "level": liquid.level[near],
+        "velocity": liquid.velocity[:, near],
+        "shape": np.array(liquid.grid.shape),
+        "placing": np.array([liquid.grid.spacing, *liquid.grid.origin]),
+    }
+
+
+def read_level(arrays: Mapping[str, np.ndarray]) -> LevelSet:
+    """Return the level set of :func:`level_arrays`; air elsewhere."""
+    x, y, z = (int(n) for n in arrays["shape"])
+    spacing, a, b, c = (float(value) for value in arrays["placing"])
+    near = np.unpackbits(arrays["near"], count=x * y * z).astype(bool).reshape(x, y, z)
+    level = np.full((x, y, z), AIR, dtype=np.float32)
+    level[near] = arrays["level"]
+    velocity = np.zeros((3, x, y, z), dtype=np.float32)
+    velocity[:, near] = arrays["velocity"]
+    return LevelSet(level, velocity, Grid((x, y, z), spacing, (a, b, c)))
 
 
 def stroke_arrays(strokes: Sequence[Stroke]) -> dict[str, np.ndarray]:

@@ -49,22 +49,17 @@ def test_containers_from_before_versions_are_read(fields):
 
 
 def test_applied_refinements_come_back_and_change_nothing(fields):
-    """Applied, a list gives what it gave, but for the rounding of what is stored."""
+    """Applied, stored and read, a list gives what it gave, to the last bit."""
     refiner = Refiner(fields)
     before = refiner.refine(STEPS)
     stored = StoredSplash(fields, fan(), refiner.applied(STEPS))
     again = StoredSplash.from_bytes(stored.to_bytes())
     assert again.applied.waves == STEPS[1:]
     after = Refiner(again.fields, applied=again.applied).refine(())
-    assert len(after.cloud.radii) == len(before.cloud.radii) > 0
+    assert len(before.cloud.radii) > 0
     assert np.array_equal(after.cloud.positions, before.cloud.positions)
-    assert len(after.mesh.faces) == pytest.approx(len(before.mesh.faces), rel=0.02)
-    volumes = [
-        np.einsum("ij,ij->", np.cross(a, b), c) / 6
-        for mesh in (before.mesh, after.mesh)
-        for a, b, c in [[mesh.vertices[mesh.faces[:, n]].astype(float) for n in range(3)]]
-    ]
-    assert volumes[1] == pytest.approx(volumes[0], rel=2e-3)
+    for name in ("vertices", "faces", "velocities"):
+        assert np.array_equal(getattr(after.mesh, name), getattr(before.mesh, name))
 
 
 def test_what_is_applied_comes_before_what_is_added_later(fields):
