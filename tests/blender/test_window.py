@@ -54,9 +54,10 @@ def test_buttons_in_a_window(screen):
     assert "window: works" in printed and "Traceback" not in printed, printed
 
 
-@pytest.mark.parametrize("seed", [0])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 3, 12])
 def test_random_changes_with_work_in_flight(screen, seed):
-    printed = run_in_a_window(screen, STRESS, "50", str(seed))
+    printed = run_in_a_window(screen, STRESS, "100", str(seed))
     assert "window: works" in printed and "Traceback" not in printed, printed
 
 
