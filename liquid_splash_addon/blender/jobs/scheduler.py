@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 
+from ...core.progress import silent
 from ..data import index, revisions
 from ..scene.objects import Handle, SceneError
 from . import work_queue
@@ -62,7 +63,7 @@ def evaluate(item: bpy.types.Object, kind: Kind | None = None) -> None:
     kind = kind or kind_of(item)
     if kind is not None:
         task = kind.task_of(item)
-        kind.write(item, task, kind.compute(task, lambda stage, share: None))
+        kind.write(item, task, kind.compute(task, silent))
 
 
 def request(item: bpy.types.Object) -> None:

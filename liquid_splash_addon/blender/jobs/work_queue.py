@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 
+from ...core.progress import silent
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:
@@ -184,7 +185,7 @@ def run_now(entry: Entry) -> None:
     try:
         work = entry.read()
         if work is not None:
-            work.write(work.compute(lambda stage, share: None))
+            work.write(work.compute(silent))
     except Exception as error:
         report_failure(entry, error)
 

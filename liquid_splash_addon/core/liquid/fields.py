@@ -63,11 +63,9 @@ class Fields:
         near = self.distance < AIR
         return {
             "occupancy": np.round(self.occupancy * 255).astype(np.uint8),
-            "near": np.packbits(near),
+            **pack_near(near, self.grid),
             "distance": self.distance[near].astype(np.float16),
             "velocity": self.velocity[:, near].astype(np.float16),
-            "shape": np.array(self.grid.shape),
-            "placing": np.array([self.grid.spacing, *self.grid.origin]),
         }
 
     @classmethod
@@ -76,20 +74,30 @@ class Fields:
 
         Raises ValueError or KeyError if they are no such arrays.
         """
-        x, y, z = (int(n) for n in arrays["shape"])
-        spacing, *origin = (float(value) for value in arrays["placing"])
-        near = np.unpackbits(arrays["near"], count=x * y * z).astype(bool).reshape(x, y, z)
-        distance = np.full((x, y, z), AIR, dtype=np.float32)
+        near, grid = unpack_near(arrays)
+        distance = np.full(grid.shape, AIR, dtype=np.float32)
         distance[near] = arrays["distance"]
-        velocity = np.zeros((3, x, y, z), dtype=np.float32)
+        velocity = np.zeros((3, *grid.shape), dtype=np.float32)
         velocity[:, near] = arrays["velocity"]
-        occupancy = (arrays["occupancy"].astype(np.float32) / 255).reshape(x, y, z)
-        return cls(
-            occupancy,
-            distance,
-            velocity,
-            Grid((x, y, z), spacing, (origin[0], origin[1], origin[2])),
-        )
+        occupancy = (arrays["occupancy"].astype(np.float32) / 255).reshape(grid.shape)
+        return cls(occupancy, distance, velocity, grid)
+
+
+def pack_near(near: np.ndarray, grid: Grid) -> dict[str, np.ndarray]:
+    """Return what is stored of a grid and of which of its cells are kept, bool ``(X, Y, Z)``."""
+    return {
+        "near": np.packbits(near),
+        "shape": np.array(grid.shape),
+        "placing": np.array([grid.spacing, *grid.origin]),
+    }
+
+
+def unpack_near(arrays: Mapping[str, np.ndarray]) -> tuple[np.ndarray, Grid]:
+    """Return the kept cells and the grid of :func:`pack_near`."""
+    x, y, z = (int(n) for n in arrays["shape"])
+    spacing, a, b, c = (float(value) for value in arrays["placing"])
+    near = np.unpackbits(arrays["near"], count=x * y * z).astype(bool).reshape(x, y, z)
+    return near, Grid((x, y, z), spacing, (a, b, c))
 
 
 def clip_to_band(

@@ -16,8 +16,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..grid import Grid
-from ..liquid.fields import AIR, Fields
+from ..liquid.fields import AIR, Fields, pack_near, unpack_near
 from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
 from ..sketch.strokes import Stroke
@@ -137,24 +136,20 @@ def level_arrays(liquid: LevelSet) -> dict[str, np.ndarray]:
     """
     near = liquid.level < AIR
     return {
-        "near": np.packbits(near),
+        **pack_near(near, liquid.grid),
         "level": liquid.level[near],
         "velocity": liquid.velocity[:, near],
-        "shape": np.array(liquid.grid.shape),
-        "placing": np.array([liquid.grid.spacing, *liquid.grid.origin]),
     }
 
 
 def read_level(arrays: Mapping[str, np.ndarray]) -> LevelSet:
     """Return the level set of :func:`level_arrays`; air elsewhere."""
-    x, y, z = (int(n) for n in arrays["shape"])
-    spacing, a, b, c = (float(value) for value in arrays["placing"])
-    near = np.unpackbits(arrays["near"], count=x * y * z).astype(bool).reshape(x, y, z)
-    level = np.full((x, y, z), AIR, dtype=np.float32)
+    near, grid = unpack_near(arrays)
+    level = np.full(grid.shape, AIR, dtype=np.float32)
     level[near] = arrays["level"]
-    velocity = np.zeros((3, x, y, z), dtype=np.float32)
+    velocity = np.zeros((3, *grid.shape), dtype=np.float32)
     velocity[:, near] = arrays["velocity"]
-    return LevelSet(level, velocity, Grid((x, y, z), spacing, (a, b, c)))
+    return LevelSet(level, velocity, grid)
 
 
 def stroke_arrays(strokes: Sequence[Stroke]) -> dict[str, np.ndarray]:
