@@ -38,7 +38,8 @@ def add_wheels(folder: Path, target: Target, wheels: Sequence[Path]) -> None:
     (folder / "wheels").mkdir()
     for path in wheels:
         place(path, folder / "wheels")
-    write_notices(wheels, folder)
+    # NVIDIA's licence is not one for code under the GPL: such a zip is for oneself.
+    write_notices(wheels, folder, is_for_others=not target.cuda)
     path = folder / MANIFEST.name
     text = manifest_for(path.read_text(encoding="utf-8"), target, [p.name for p in wheels])
     path.write_text(text, encoding="utf-8")

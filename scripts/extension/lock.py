@@ -68,9 +68,7 @@ def resolve(target: Target, wheels: Path | None) -> str:
         command += ["--no-build", "--no-header", "--no-annotate", "--quiet"]
         for name in LEFT_OUT:
             command += ["--no-emit-package", name]
-        return output_of(
-            [*command, *links, *sources(wheels)], MACOSX_DEPLOYMENT_TARGET=MACOS_LEAST
-        )
+        return output_of([*command, *links, *sources(wheels)], MACOSX_DEPLOYMENT_TARGET=MACOS_LEAST)
 
 
 def choose(target: Target, requirements: str, wheels: Path | None) -> list[dict]:

@@ -83,7 +83,9 @@ def have(target: Target, folder: Path | None = None) -> list[Path]:
     kept = kept_wheels()
     kept.mkdir(parents=True, exist_ok=True)
     wheels = listed(target)
-    places = {wheel: place for wheel in wheels for place in (kept, folder) if is_there(wheel, place)}
+    places = {
+        wheel: place for wheel in wheels for place in (kept, folder) if is_there(wheel, place)
+    }
     if missing := [wheel for wheel in wheels if wheel not in places]:
         download(target, missing, kept, folder)
     return [places.get(wheel, kept) / wheel.file for wheel in wheels]

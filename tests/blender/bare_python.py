@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import re
 import shutil
-import site
 import subprocess
 import venv
 from importlib import metadata
 from pathlib import Path
-
 
 
 def without_network() -> list[str]:

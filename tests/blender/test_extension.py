@@ -90,13 +90,14 @@ def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> 
 
 
 def test_blender_subscribes_to_a_repository_and_installs_from_it(
-    extension: Path, tmp_path: Path
+    extension: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from scripts.extension.repository import write_repository
 
+    monkeypatch.setenv("BLENDER", bpy.app.binary_path)  # empty: the module's own tool
     folder = tmp_path / "a repository"
     write_repository(folder, [extension])
     (entry,) = json.loads((folder / "index.json").read_text())["data"]
     assert entry["archive_url"] == f"./{extension.name}"
-    assert entry["permissions"].keys() == {"files"}
+    assert entry["permissions"].keys() == {"files", "clipboard"}
     use("enable", (folder / "index.json").as_uri(), tmp_path)

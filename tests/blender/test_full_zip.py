@@ -31,7 +31,9 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a Python that has Blender's module alone."""
     python = bare_python(tmp_path_factory.mktemp("bare"))
-    missing = "import importlib.util as u; print(*map(u.find_spec, 'torch skimage scipy numba'.split()))"
+    missing = (
+        "import importlib.util as u; print(*map(u.find_spec, 'torch skimage scipy numba'.split()))"
+    )
     assert run([python, "-c", missing], python.parent) == "None None None None\n"
     return python
 
