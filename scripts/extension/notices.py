@@ -3,8 +3,8 @@
 
     make licences
 
-writes the table of docs/licences.md. Both tools read what an environment has installed. It is made of the wheels' metadata alone, so it
-can be one for another platform too.
+writes the table of docs/licences.md. Both tools read what an environment has installed. It is made
+of the wheels' metadata alone, so it can be one for another platform too.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def write_notices(wheels: Sequence[Path], folder: Path, is_for_others: bool = Tr
     with environment(wheels) as python:
         texts = [sys.executable, "-m", "piplicenses", "--python", python, "--with-system"]
         texts += ["--format=plain-vertical", "--from=mixed", "--with-license-file"]
-        texts += ["--with-notice-file", "--no-license-path"]
+        texts += ["--no-license-path"]
         (folder / LICENCES).write_text(output_of(texts), encoding="utf-8")
         bill = [sys.executable, "-m", "cyclonedx_py", "environment", python]
         output_of([*bill, "--output-reproducible", "--output-file", folder / SBOM])
