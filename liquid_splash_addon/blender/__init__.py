@@ -33,6 +33,8 @@ from .ui import (
     model_panel,
     operators,
     panels,
+    preferences_operators,
+    preferences_panel,
     refinement_operators,
     refinement_panel,
     sketch_presets,
@@ -60,6 +62,8 @@ MODULES = (
     panels,
     refinement_panel,
     model_panel,
+    preferences_operators,
+    preferences_panel,
 )
 
 
