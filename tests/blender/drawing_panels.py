@@ -13,6 +13,7 @@ from liquid_splash_addon.blender.ui import (
     model_panel,
     operators,
     panels,
+    preferences_operators,
     refinement_operators,
     refinement_panel,
 )
@@ -47,8 +48,8 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (model_operators, model_panel, operators, panels, refinement_operators,
-             refinement_panel)  # fmt: skip
+    rooms = (model_operators, model_panel, operators, panels, preferences_operators,
+             refinement_operators, refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms
