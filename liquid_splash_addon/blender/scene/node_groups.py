@@ -46,7 +46,7 @@ def set_input(modifier: bpy.types.Modifier, name: str, value: Any) -> None:
     identifier = next(
         item.identifier for item in sockets if item.name == name and item.in_out == "INPUT"
     )
-    if bpy.app.version >= (5, 2, 0):
+    if hasattr(modifier, "properties"):  # from Blender 5.2 on
         holder = getattr(modifier.properties.inputs, identifier)
         if holder.value != value:
             holder.value = value
