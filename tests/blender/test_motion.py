@@ -60,6 +60,16 @@ def test_the_time_scale_only_rescales_and_never_drifts(splash):
     assert np.linalg.norm(velocity(splash), axis=1).max() == pytest.approx(speed / 0.3, rel=1e-6)
 
 
+def test_velocities_follow_after_edit_mode(splash):
+    before = velocity(splash)
+    bpy.context.view_layer.objects.active = splash
+    bpy.ops.object.mode_set(mode="EDIT")
+    splash.splash_motion.time_scale = 0.1
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    assert velocity(splash) == pytest.approx(2 * before, rel=1e-6)
+
+
 def test_a_splash_from_before_keeps_real_time(splash):
     splash.splash_motion.property_unset("time_scale")
     assert splash.splash_motion.time_scale == 1.0

@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 from bpy.props import PointerProperty
 
 from ...core.settings import MotionSettings
 from .properties import blender_property, settings_properties
 from .revisions import motion_changed
+
+FOLLOWED: dict[str, Any] = {"update": motion_changed, "options": set()}
+"""Not to be animated: animation calls no ``update``, and velocities would not follow."""
 
 
 class SplashMotionGroup(bpy.types.PropertyGroup):
@@ -17,10 +22,9 @@ class SplashMotionGroup(bpy.types.PropertyGroup):
     Unset, the time scale is 1: so it was before it could be chosen.
     """
 
-    __annotations__ = settings_properties(MotionSettings, update=motion_changed) | {
+    __annotations__ = settings_properties(MotionSettings, **FOLLOWED) | {
         "time_scale": blender_property(
-            MotionSettings.__dataclass_fields__["time_scale"],
-            {"default": 1.0, "update": motion_changed},
+            MotionSettings.__dataclass_fields__["time_scale"], FOLLOWED | {"default": 1.0}
         )
     }
 

@@ -8,7 +8,7 @@ scale changes; nothing is generated or refined for it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -22,6 +22,7 @@ from ..data.properties import is_splash, plain, to_settings
 from . import ballistics, drop_points
 from .mesh_object import flat
 from .model_parts import place_in
+from .objects import Handle
 
 
 class Unslowed(NamedTuple):
@@ -41,6 +42,10 @@ class Unslowed(NamedTuple):
 
 _unslowed: dict[int, Unslowed] = {}
 """Of the splash or model that was slowed down last and of its drops, by session_uid."""
+
+
+_edited: set[Handle] = set()
+"""Splashes and models whose velocities follow once they leave Edit Mode."""
 
 
 def settings_of(item: bpy.types.Object) -> MotionSettings:
@@ -84,6 +89,8 @@ def apply(item: bpy.types.Object) -> None:
     if not (is_splash(item) or is_model(item)):
         return
     time_scale = plain(item.splash_motion.time_scale)
+    if any(mover.mode == "EDIT" for mover in movers_of(item)):
+        _edited.add(Handle.of(item))
     meshes = [mover.data for mover in movers_of(item) if can_follow(mover)]
     for uid in _unslowed.keys() - {mesh.session_uid for mesh in meshes}:
         del _unslowed[uid]
@@ -138,12 +145,26 @@ def end_preview(item: bpy.types.Object) -> None:
         ballistics.remove(mover)
 
 
+@bpy.app.handlers.persistent
+def notice_modes(_scene: Any, _graph: Any = None) -> None:
+    """Go on with what was in Edit Mode; this costs nothing where nothing was."""
+    if _edited and not bpy.app.is_job_running("RENDER"):
+        waiting = {handle: handle.find() for handle in _edited}
+        _edited.clear()
+        for item in waiting.values():
+            if item is not None:
+                apply(item)  # which comes back here if it is in Edit Mode still
+
+
 def register() -> None:
     """Follow every change of the motion's settings."""
     revisions.listen(apply, revisions.MOTION)
+    bpy.app.handlers.depsgraph_update_post.append(notice_modes)
 
 
 def unregister() -> None:
     """Stop following."""
+    bpy.app.handlers.depsgraph_update_post.remove(notice_modes)
     revisions.ignore(apply, revisions.MOTION)
+    _edited.clear()
     _unslowed.clear()
