@@ -152,5 +152,10 @@ def is_complete() -> bool:
 
 def marker(folder: Path) -> Path:
     """Return the file that says of ``folder`` that it is complete, for this machine and Python."""
+    return machine_file(folder, "complete")
+
+
+def machine_file(folder: Path, name: str) -> Path:
+    """Return the file ``name`` of this machine and Python in ``folder``: homes may be shared."""
     machine = f"{platform.node()} {platform.machine()} {sys.implementation.cache_tag}"
-    return folder / f"complete-{hashlib.sha256(machine.encode()).hexdigest()[:DIGITS]}"
+    return folder / f"{name}-{hashlib.sha256(machine.encode()).hexdigest()[:DIGITS]}"
