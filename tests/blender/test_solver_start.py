@@ -7,7 +7,9 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 from scipy.ndimage import map_coordinates
 
+from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.jobs.solver_start import compute_start, read_start
+from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.progress import silent
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, in_world, vertices
@@ -48,7 +50,9 @@ def test_a_splash_and_where_it_stands():
     start = start_of(splash)
     assert np.ptp(start.frame.points_to_local(vertices(splash)), axis=0).max() > 0.8 * SIZE
     check_seen(start, splash)
-    assert start.cell == pytest.approx(1.5 * SIZE / 1.28 / 64, rel=0.5)
+    length = frame_from_text(splash.splash.frame).scale.length
+    assert start.cell == pytest.approx(1.5 * Grid.local(64).spacing / length)
+    assert start.world.scale.time == pytest.approx(0.05)
 
 
 def test_a_model_with_a_mirror():

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..data.model import is_model
-from ..data.properties import is_splash
+from ..data.properties import is_splash, plain
 from ..scene.mesh_object import world_matrix
 from ..scene.objects import SceneError
 from . import compose, refine
@@ -23,6 +23,7 @@ from .progress import part_of
 if TYPE_CHECKING:
     from ...core.animation.solver_start import SolverStart
     from ...core.progress import Report
+    from ...core.sketch.local_frame import Frame
 
 
 @dataclass(frozen=True)
@@ -34,11 +35,13 @@ class StartTask:
     name : of the object
     task : of its liquid
     matrix : float64 ``(4, 4)``, from the object's space to the world
+    time_scale : of its slow motion
     """
 
     name: str
     task: refine.Task | compose.ModelTask
     matrix: np.ndarray
+    time_scale: float
 
     @property
     def key(self) -> str:
@@ -48,7 +51,12 @@ class StartTask:
             liquid = replace(task, waves=None).key
         else:
             liquid = compose.PartTask(self.name, task, np.eye(4)).key
-        return f"{liquid} {np.round(self.matrix, 6).tolist()}"
+        return f"{liquid} {np.round(self.matrix, 6).tolist()} {self.time_scale}"
+
+    def slowed(self, frame: Frame) -> tuple[Frame, Frame]:
+        """Return the frame in slow motion, in the object's space and in the world."""
+        own = replace(frame, scale=frame.scale.slowed(self.time_scale))
+        return own, compose.frame_in_model(own, self.matrix, self.name)
 
 
 def read_start(item: bpy.types.Object | None) -> StartTask:
@@ -59,7 +67,8 @@ def read_start(item: bpy.types.Object | None) -> StartTask:
     if item is None or not (is_model(item) or is_splash(item)):
         raise SceneError("Select a splash or a model first")
     task = compose.read_task(item) if is_model(item) else refine.read_task(item)
-    return StartTask(item.name, task, np.array(world_matrix(item), dtype=np.float64))
+    place = np.array(world_matrix(item), dtype=np.float64)
+    return StartTask(item.name, task, place, plain(item.splash_motion.time_scale))
 
 
 def compute_start(start: StartTask, report: Report) -> SolverStart:
@@ -83,10 +92,10 @@ def of_splash(start: StartTask) -> SolverStart:
 
     task = start.task
     assert isinstance(task, refine.Task)
-    world = compose.frame_in_model(task.frame, start.matrix, start.name)
+    frame, world = start.slowed(task.frame)
     obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
     detail = refine.refiner_of(task).liquid(task.steps)
-    return SolverStart.of_splash(detail, task.frame, world, obstacles, task.clearance)
+    return SolverStart.of_splash(detail, frame, world, obstacles, task.clearance)
 
 
 def of_model(start: StartTask, report: Report) -> SolverStart:
@@ -101,6 +110,5 @@ def of_model(start: StartTask, report: Report) -> SolverStart:
     blocks, drops = compose.the_composer().liquid(
         parts, task.settings, task.obstacles, task.clearance, part_of(report, 0.3, 1.0)
     )
-    frame = Frame(np.eye(3), np.zeros(3), finest(parts).frame.scale)
-    world = compose.frame_in_model(frame, start.matrix, start.name)
+    frame, world = start.slowed(Frame(np.eye(3), np.zeros(3), finest(parts).frame.scale))
     return SolverStart.of_model(blocks, drops, frame, world, task.obstacles, task.clearance)

@@ -15,6 +15,7 @@ from ..composition.sparse_blocks import Blocks
 from ..grid import Grid
 from ..liquid.level_set import LevelSet
 from ..obstacles.obstacles import Obstacle
+from ..scale import Scale
 from ..sketch.local_frame import Frame
 
 if TYPE_CHECKING:
@@ -33,8 +34,9 @@ class SolverStart:
 
     All that changes the liquid is in it (breakup, droplets, ruptures, applied refinements, for a
     model its symmetry and blend), and obstacles are carved out. What only moves the finished mesh
-    (waves) is not. Everything is in local metres, m/s and seconds of the liquid; ``frame`` and
-    ``world`` turn that over to Blender's units, and seconds of its timeline.
+    (waves) is not. Everything is in local metres, m/s and seconds of the liquid. ``frame`` and
+    ``world`` turn that over to Blender's units and seconds of its timeline: slow motion is in
+    their scales.
 
     Attributes
     ----------
@@ -60,7 +62,7 @@ class SolverStart:
     @property
     def cell(self) -> float:
         """Edge of a cell of the liquid in the world's units."""
-        return self.liquid.grid.spacing / self.world.scale
+        return self.world.scale.lengths_to_drawing(self.liquid.grid.spacing)
 
     @property
     def is_empty(self) -> bool:
@@ -99,15 +101,21 @@ class SolverStart:
     ) -> SolverStart:
         """Return the start of a model.
 
-        blocks, drops : of ``Composer.liquid``; frame : its scale says how large the model is, its
-        axes and centre are those of the drawing; obstacles : drawing units. Raises CompositionError
-        if a dense grid would take more than MOST_BYTES.
+        blocks, drops : of ``Composer.liquid``, drawing units and, as meshes are made, in real time;
+        frame : its scale says how large and how slow the model is, its axes and centre are those
+        of the drawing; obstacles : drawing units. Raises CompositionError if a dense grid would
+        take more than MOST_BYTES.
         """
         warnings = [each.warning for each in obstacles if each.warning]
         return cls(
-            dense(blocks, frame), drops_to_local(drops, frame), frame, world,
+            dense(blocks, frame), drops_to_local(drops, in_real_time(frame)), frame, world,
             tuple(each.seen_from(frame) for each in obstacles), clearance, warnings,
         )  # fmt: skip
+
+
+def in_real_time(frame: Frame) -> Frame:
+    """Return a frame without its slow motion."""
+    return replace(frame, scale=Scale(frame.scale.length))
 
 
 def dense(blocks: Blocks, frame: Frame) -> LevelSet:
@@ -119,10 +127,10 @@ def dense(blocks: Blocks, frame: Frame) -> LevelSet:
     if size > MOST_BYTES:
         raise CompositionError(
             f"The model's liquid would need {size / 2**30:.1f} GB on one grid, more than the "
-            f"{MOST_BYTES >> 30} GB allowed: move its splashes together, or simulate them one by one"
+            f"{MOST_BYTES >> 30} GB allowed: move its splashes together, or use them one by one"
         )
     whole = blocks.whole()
     x, y, z = (float(value) for value in frame.points_to_local(np.array(whole.grid.origin)))
-    grid = Grid(whole.grid.shape, whole.grid.spacing * frame.scale, (x, y, z))
-    whole.velocity[:] *= np.float32(frame.scale)
+    grid = Grid(whole.grid.shape, frame.scale.lengths_to_local(whole.grid.spacing), (x, y, z))
+    whole.velocity[:] *= np.float32(in_real_time(frame).scale.speed)
     return replace(whole, grid=grid)
