@@ -84,7 +84,7 @@ def test_the_velocity_and_its_place(splash, tmp_path):
     accessor, transform = grids["velocity"].getConstAccessor(), grids["velocity"].transform
     points = in_world(splash)[::11]
     expected = (vertices(splash, "velocity") @ np.array(splash.matrix_world)[:3, :3].T)[::11]
-    cells = [tuple(int(round(n)) for n in transform.worldToIndex(tuple(map(float, point))))
+    cells = [tuple(round(n) for n in transform.worldToIndex(tuple(map(float, point))))
              for point in points]  # fmt: skip
     found = np.array([accessor.getValue(cell) for cell in cells])
     error = np.linalg.norm(found - expected, axis=1)

@@ -34,10 +34,9 @@ def write_vdb(openvdb: ModuleType, path: Path, start: SolverStart) -> None:
 
     openvdb : OpenVDB's Python module. Raises ValueError where there is no liquid, OSError.
     """
-    box = start.liquid.box
-    if box is None:
+    if start.liquid.box is None:
         raise ValueError("There is no liquid on the grid, only free drops: export those as points")
-    box = wider(box, MARGIN)
+    box = wider(start.liquid.box, MARGIN)
     corner = tuple(side.start for side in box)
     transform = openvdb.createLinearTransform(index_to_world(start.liquid.grid, start.world))
     cell = np.float32(start.cell)
