@@ -18,7 +18,7 @@ NEVER = {"training", "liquid_splash_addon"}
 ROOMS = {
     "liquid_splash_addon.core": (
         "settings grid progress packages compiled_code compiling",
-        "numeric", "fluid", "sketch", "condition", "liquid", "generator",
+        "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "pipeline", "rehearsal",
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),

@@ -45,7 +45,17 @@ class SplashSettings(Settings):
         "Where the speed of the strokes comes from",
         items=(
             ("TIME", "Recorded Time", "The time at which each point was drawn"),
-            ("PRESSURE", "Pressure", "Pen pressure times the stroke speed"),
+            (
+                "PRESSURE",
+                "Pressure",
+                "Pen pressure, or the radius of a curve, times the stroke speed",
+            ),
+            (
+                "ATTRIBUTE",
+                "Attribute",
+                "The attribute 'speed' of each point, in units per second; where there is none, "
+                "the recorded time",
+            ),
             ("CONSTANT", "Constant", "The stroke speed"),
         ),
     )

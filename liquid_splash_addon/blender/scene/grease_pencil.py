@@ -21,6 +21,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
+from ...core.sketch.times import continuous_times
 
 BEZIER, NURBS = 2, 3
 """Values of the ``curve_type`` attribute; 0 and 1 (Catmull-Rom, poly) run through their points."""
@@ -179,20 +180,6 @@ def to_drawing_space(stroke: RawStroke, matrix: np.ndarray) -> Drawing:
             None if v is None else np.interp(places, np.arange(len(v)), v) for v in (times, radii)
         )
     return Drawing(points @ matrix[:3, :3].T + matrix[:3, 3], times, radii)
-
-
-def continuous_times(times: np.ndarray) -> np.ndarray:
-    """Make times never decrease, as they do in joined and in reversed strokes.
-
-    A stroke whose direction was switched runs backward in time: it is read as if drawn the other
-    way. Where two strokes were joined the times start again at zero: they go on instead.
-    """
-    if len(times) > 1 and times[-1] < times[0]:
-        times = times[0] - times
-    steps = np.diff(times)
-    forward = steps[steps > 0]
-    steps[steps < 0] = np.median(forward) if len(forward) else 0.0
-    return np.concatenate([times[:1], times[:1] + np.cumsum(steps)])
 
 
 def closing_time(closed: np.ndarray, times: np.ndarray) -> float:
