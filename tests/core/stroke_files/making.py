@@ -21,14 +21,18 @@ def apa(
     strokes: Sequence[Sequence[Sequence[float]]], times: Sequence[Sequence[int]] | None = None
 ) -> bytes:
     """Return an A-Painter file: points every 11 ms, unless ``times`` (ms) says otherwise."""
-    data = b"\x08apainter" + struct.pack("<HB", 1, 1) + b"\x04line"
-    data += struct.pack("<I", len(strokes))
+    parts = [
+        b"\x08apainter",
+        struct.pack("<HB", 1, 1),
+        b"\x04line",
+        struct.pack("<I", len(strokes)),
+    ]
     for number, stroke in enumerate(strokes):
-        data += struct.pack("<B3ffI", 0, 1, 1, 1, 0.01, len(stroke))
+        parts.append(struct.pack("<B3ffI", 0, 1, 1, 1, 0.01, len(stroke)))
         stamps = times[number] if times is not None else [11 * n for n in range(len(stroke))]
         for point, stamp in zip(stroke, stamps, strict=True):
-            data += struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 0.5, stamp)
-    return data
+            parts.append(struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 0.5, stamp))
+    return b"".join(parts)
 
 
 def sketch_bytes(
