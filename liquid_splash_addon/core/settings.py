@@ -74,6 +74,14 @@ class SplashSettings(Settings):
         low=0.1,
         high=20.0,
     )
+    use_modifiers: bool = setting(
+        False,
+        "Modifiers",
+        "Read the strokes as the modifiers of the sketch leave them. Those that move points away "
+        "from where they were drawn change speeds with them",
+        low=False,
+        high=True,
+    )
     seed: int = setting(
         0, "Seed", "Number that picks one of the possible splashes", low=0, high=LATENT_SEED_MAX
     )

@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .grease_pencil import rigid_matrix
 from .material import water_material
+from .raw_strokes import rigid_matrix
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
