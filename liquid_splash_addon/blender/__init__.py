@@ -36,6 +36,7 @@ from .ui import (
     refinement_operators,
     refinement_panel,
     sketch_presets,
+    stroke_files,
 )
 
 MODULES = (
@@ -56,6 +57,7 @@ MODULES = (
     operators,
     model_operators,
     sketch_presets,
+    stroke_files,
     refinement_operators,
     panels,
     refinement_panel,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Curve objects as strokes: their shape is Blender's own, their speed comes from what they carry."""
+"""Curve objects as strokes: the shape is Blender's own, the speed comes from what they carry."""
 
 import bpy
 import numpy as np

@@ -10,14 +10,21 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing
-from .raw_strokes import CATMULL_ROM, POLY, drawings_with_pressure, raw_strokes, rigid_matrix
-from .raw_strokes import to_drawing as drawing_of
+from .raw_strokes import (
+    CATMULL_ROM,
+    POLY,
+    RawStroke,
+    drawings_with_pressure,
+    raw_strokes,
+    rigid_matrix,
+    to_drawing,
+)
 
 
 def read_drawings(
     sketch: bpy.types.Object,
     only: str = "",
-    to_drawing: np.ndarray | None = None,
+    to_space: np.ndarray | None = None,
     evaluated: bpy.types.Object | None = None,
 ) -> tuple[list[Drawing], list[str]]:
     """Read the sketch's strokes at the current frame, in drawing space; return them and warnings.
@@ -26,28 +33,28 @@ def read_drawings(
     The sketch's modifiers are not applied: they would separate the points from their times.
 
     only : the name of the one layer to read, hidden or not; empty for all visible layers.
-    to_drawing : world to drawing space, float64 ``(4, 4)``; by default the sketch's own.
+    to_space : world to drawing space, float64 ``(4, 4)``; by default the sketch's own.
     evaluated : the sketch with its modifiers applied, to be read instead
     """
     drawings, warnings, skipped = [], [], 0
-    if to_drawing is None:
-        to_drawing = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
+    if to_space is None:
+        to_space = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
     for layer in (evaluated or sketch).data.layers:
         if not has_strokes(layer) or (only and layer.name != only):
             continue
         if is_hidden(layer) and not only:
             skipped += 1
             continue
-        matrix = to_drawing @ layer_matrix(sketch, layer)
+        matrix = to_space @ layer_matrix(sketch, layer)
         for stroke in drawn_strokes(layer):
-            drawings.append(drawing_of(stroke, matrix))
+            drawings.append(to_drawing(stroke, matrix))
     if skipped:
         warnings.append(f"Left out {skipped} hidden layer(s): show them to include them")
     return drawings_with_pressure(drawings), warnings
 
 
-def drawn_strokes(layer: Any) -> list[Any]:
-    """Return a layer's strokes at the current frame, as RawStroke.
+def drawn_strokes(layer: Any) -> list[RawStroke]:
+    """Return a layer's strokes at the current frame.
 
     A pen leaves points so close together that splines through them would be of no use.
     """

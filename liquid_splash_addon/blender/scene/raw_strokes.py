@@ -112,8 +112,14 @@ def nurbs_of(
 
 
 def lengths(values: np.ndarray | None) -> np.ndarray | None:
-    """Return numbers ``(n,)`` as they are, vectors ``(n, 3)`` as their lengths."""
-    return values if values is None or values.ndim == 1 else np.linalg.norm(values, axis=1)
+    """Return numbers ``(n,)`` as they are, vectors ``(n, 3)`` as their lengths.
+
+    None where none are stored: those of strokes that were added later are zero, or NaN.
+    """
+    if values is None:
+        return None
+    sizes = np.abs(values) if values.ndim == 1 else np.linalg.norm(values, axis=1)
+    return sizes if np.isfinite(sizes).all() and sizes.any() else None
 
 
 def read_attribute(owner: Any, name: str) -> np.ndarray | None:

@@ -14,7 +14,10 @@ from .raw_strokes import rigid_matrix
 
 
 def read_sketch(
-    objects: Sequence[bpy.types.Object], layer: str = "", modifiers: bool = False
+    objects: Sequence[bpy.types.Object],
+    layer: str = "",
+    modifiers: bool = False,
+    to_space: np.ndarray | None = None,
 ) -> tuple[list[Drawing], list[str]]:
     """Read the strokes of all objects in the drawing space of the first, and warnings.
 
@@ -22,12 +25,14 @@ def read_sketch(
 
     layer : the one layer to read of a Grease Pencil object; empty for all visible layers
     modifiers : whether strokes are read as the objects' modifiers leave them
+    to_space : from the world to another space, float64 ``(4, 4)``
     """
-    to_drawing = np.array(rigid_matrix(objects[0]).inverted(), dtype=np.float64)
+    if to_space is None:
+        to_space = np.array(rigid_matrix(objects[0]).inverted(), dtype=np.float64)
     drawings: list[Drawing] = []
     warnings: list[str] = []
     for item in objects:
-        found, said = read_object(item, layer, to_drawing, modifiers)
+        found, said = read_object(item, layer, to_space, modifiers)
         drawings += found
         warnings += said if len(objects) == 1 else [f"'{item.name}': {line}" for line in said]
     return drawings, warnings
@@ -36,7 +41,7 @@ def read_sketch(
 def read_object(
     item: bpy.types.Object,
     layer: str = "",
-    to_drawing: np.ndarray | None = None,
+    to_space: np.ndarray | None = None,
     modifiers: bool = False,
 ) -> tuple[list[Drawing], list[str]]:
     """Read the strokes of one object, by default in its own drawing space, and warnings."""
@@ -44,8 +49,8 @@ def read_object(
     if modifiers and item.modifiers:
         evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
     if item.type == "GREASEPENCIL":
-        return grease_pencil.read_drawings(item, layer, to_drawing, evaluated)
-    return curves.read_drawings(item, to_drawing, evaluated)
+        return grease_pencil.read_drawings(item, layer, to_space, evaluated)
+    return curves.read_drawings(item, to_space, evaluated)
 
 
 def select_strokes(item: bpy.types.Object, layer: str, numbers: Collection[int]) -> None:

@@ -81,13 +81,17 @@ def read_bytes(data: bytes, kind: Kind) -> Recording:
 
 def write_strokes(path: str | Path, drawings: Sequence[Drawing]) -> None:
     """Write strokes, metres (z up) and seconds, as JSON or CSV. Raises StrokeFileError, OSError."""
-    path = Path(path)
-    write = kind_of(path).write
-    if write is None:
+    Path(path).write_bytes(file_bytes(Path(path), drawings))
+
+
+def file_bytes(path: Path, drawings: Sequence[Drawing]) -> bytes:
+    """Return what to write into a file of the kind that its name says. Raises StrokeFileError."""
+    kind = KINDS.get(path.suffix.lower())
+    if kind is None or kind.write is None:
         raise StrokeFileError(f"{path.name}: strokes are written as .json or .csv only")
     if not drawings:
         raise StrokeFileError("There are no strokes to write: draw at least one first")
-    path.write_bytes(write(drawings))
+    return kind.write(drawings)
 
 
 def kind_of(path: Path) -> Kind:
