@@ -5,7 +5,6 @@ import json
 import random
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -51,20 +50,19 @@ def test_mutations_guided_by_coverage_find_no_fault(kind, tmp_path):
 
 
 HEAVY = {
-    "bomb.tilt": "tilt(sketch_bytes([[(0, 0, 0), (1, 0, 0)]]) + bytes(300 * 2**20))",
-    "full.tilt": "tilt(sketch_bytes([np.random.default_rng(0).normal(size=(10**6, 3))]), "
-    "compression=zipfile.ZIP_STORED)",
-    "full.apa": "apa([np.random.default_rng(0).normal(size=(10**6, 3))])",
-    "zeros.apa": "apa([np.zeros((10**6, 3))])",
-    "stamps.apa": "apa([np.zeros((0, 3))] * 100_000)",
-    "full.csv": "b'x,y,z,t,pressure,stroke\\n' + b'0.12345678,1.2345678,2.345678,1.5,0.5,1\\n' "
-    "+ b'1.12345678,1.2345678,2.345678,2.5,0.5,1\\n' * (10**6 - 1)",
+    "bomb.tilt": "tilt(sketch_bytes([LINE]) + bytes(300 * 2**20))",
+    "full.tilt": "tilt(repeated(sketch_bytes([LINE]), 20, 1000), compression=zipfile.ZIP_STORED)",
+    "full.apa": "repeated(apa([LINE]), 17, 1000)",
+    "short.apa": "repeated(apa([LINE[:2]]), 17, 100_000)",
+    "empty.apa": "repeated(apa([[]]), 17, 100_000)",
+    "full.csv": "b'x,y,z,t,pressure,stroke\\n' + b'1.12345678,1.2345678,2.345678,2.5,0.5,1\\n"
+    "2.12345678,1.2345678,2.345678,2.5,0.5,1\\n' * 500_000",
     "wide.csv": "('x,y,z,t\\n0,0,0,0\\n1,0,0,1\\n' + '\\U0001f30a' * (30 * 2**20)).encode()",
-    "marks.csv": "b'x,y,z\\n0,0,0\\n1,0,0\\n' + b'\\n' * (100 * 2**20)",
-    "full.json": "b'{\"strokes\": [[' + b','.join([b'[0.123456, 1.234567, 2.345678, 0.5]'] * "
-    "10**6) + b']]}'",
+    "lines.csv": "b'x,y,z\\n0,0,0\\n1,0,0\\n' + b'\\n' * (20 * 2**20)",
+    "full.json": "b'{\"strokes\": [[' + b'[0.123456, 1.234567, 2.345678, 0.5],' * 999_999 "
+    "+ b'[0, 0, 0, 0]]]}'",
     "objects.json": "b'{\"strokes\": [' + b'{},' * (40 * 2**20) + b'0]}'",
-    "lists.json": "b'{\"strokes\": [' + b'[],' * 3_300_000 + b'0]}'",
+    "lists.json": "b'{\"strokes\": [' + b'[],' * 2_000_000 + b'0]}'",
 }
 """The most that each kind may hold, and what looks small and grows: Python that makes the file."""
 
@@ -74,16 +72,19 @@ import numpy as np
 sys.path.insert(0, {root!r})
 from pathlib import Path
 from tests.core.stroke_files.making import *
+LINE = np.linspace((0, 0, 0), (1, 0, 0), 1000)
+def repeated(data, at, count):
+    return data[:at] + struct.pack("<I", count) + data[at + 4 :] * count
 if sys.argv[1] == "make":
     Path(sys.argv[2]).write_bytes({content})
 else:
     from liquid_splash_addon.core.stroke_files.reading import StrokeFileError, read_recording
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         read_recording(sys.argv[2])
     except StrokeFileError as error:
         print(error, file=sys.stderr)
-    print(time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    print(time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
 
@@ -93,15 +94,11 @@ def test_the_largest_files_stay_below_500_mb(name, tmp_path):
     script = MEASURE.format(root=str(SCRIPT.parents[3]), content=HEAVY[name])
     path = tmp_path / name
     for step in ("make", "read"):
-        start = time.perf_counter()
         done = subprocess.run(
             [sys.executable, "-c", script, step, str(path)], capture_output=True, text=True
         )
         assert done.returncode == 0, done.stderr[-2000:]
     seconds, megabytes = map(float, done.stdout.split())
-    print(
-        f"{name}: {path.stat().st_size / 2**20:.1f} MB, {seconds:.1f} s, {megabytes:.0f} MB",
-        done.stderr.strip()[:100],
-    )
-    assert megabytes < 500
-    assert time.perf_counter() - start < 60
+    assert megabytes < 500 and seconds < 30
+    size = path.stat().st_size / 2**20
+    print(f"{name}: {size:.1f} MB, {seconds:.1f} s, {megabytes:.0f} MB. {done.stderr.strip()}")
