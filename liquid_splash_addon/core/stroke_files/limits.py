@@ -13,8 +13,8 @@ FILE_BYTES = 128 * 2**20
 SKETCH_BYTES = 96 * 2**20
 """The most that is unpacked of a compressed file: beyond a million points of any .tilt."""
 
-MOST_POINTS = 1_000_000
-MOST_STROKES = 100_000
+MOST_POINTS = 500_000
+MOST_STROKES = 20_000
 
 FARTHEST = 1e6
 """Metres from the origin beyond which a position is taken for a fault: no room is so large."""

@@ -138,11 +138,11 @@ def in_order(drawings: Sequence[Drawing], said: list[str]) -> list[Drawing]:
         if drawing.times is None or not drawing.is_timed:
             kept.append(replace(drawing, times=None))
             continue
-        steps = np.diff(drawing.times)
-        fallen += int((steps < 0).sum())
-        strokes += bool((steps < 0).any())
+        times, steps = drawing.times, np.diff(drawing.times)
         equal += int((steps == 0).sum())
-        times = continuous_times(drawing.times)
+        if falls := int((steps < 0).sum()):
+            fallen, strokes = fallen + falls, strokes + 1
+            times = continuous_times(times)
         kept.append(replace(drawing, times=times - times[0]))
     kept = [d if d.times is None or d.is_timed else replace(d, times=None) for d in kept]
     if fallen:
