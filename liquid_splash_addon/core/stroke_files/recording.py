@@ -14,8 +14,8 @@ from ..sketch.times import continuous_times
 from .limits import FARTHEST, StrokeFileError
 
 FASTEST_HAND = 4.0
-"""Mean speed of a stroke, m/s, from which recorded times are not believed. In the recordings at
-hand people draw at 0.2-0.5 m/s in the median and no stroke above 2 m/s in the mean."""
+"""Mean speed of a stroke, m/s, from which recorded times are not believed. In real
+recordings (docs/stroke-files.md) no stroke with plausible times has a mean above 2.5 m/s."""
 
 SLOWEST_HAND = 1e-3
 """Median speed of a file, m/s, below which its unit of time is probably another."""
