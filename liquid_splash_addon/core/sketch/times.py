@@ -15,6 +15,8 @@ def continuous_times(times: np.ndarray) -> np.ndarray:
     if len(times) > 1 and times[-1] < times[0]:
         times = times[0] - times
     steps = np.diff(times)
+    if not (steps < 0).any():
+        return times
     forward = steps[steps > 0]
     steps[steps < 0] = np.median(forward) if len(forward) else 0.0
     return np.concatenate([times[:1], times[:1] + np.cumsum(steps)])

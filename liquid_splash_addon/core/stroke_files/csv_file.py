@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from ..sketch.drawing import Drawing
-from .limits import StrokeFileError, check_counts
+from .limits import MOST_LINES, StrokeFileError, check_counts
 from .table import COLUMNS, Units, column_names, to_drawing, to_rows
 
 ORDER = ("x", "y", "z", "t", "pressure", "stroke")
@@ -58,7 +58,10 @@ def read_lines(lines: Iterable[str]) -> tuple[list[Drawing], list[str]]:
     strokes: dict[tuple[int, str], int] = {}
     block = bad = 0
     rest = source if is_named else chain_one(first, source)
-    for cells in csv.reader(rest, delimiter=separator, skipinitialspace=True):
+    reader = csv.reader(rest, delimiter=separator, skipinitialspace=True)
+    for line, cells in enumerate(reader):
+        if line > MOST_LINES:
+            raise StrokeFileError(f"The file has more than {MOST_LINES:,} lines: split it")
         if not any(cell.strip() for cell in cells):
             block += 1
             continue

@@ -16,6 +16,9 @@ SKETCH_BYTES = 96 * 2**20
 MOST_POINTS = 500_000
 MOST_STROKES = 20_000
 
+MOST_LINES = 4 * MOST_POINTS
+"""Lines of a table, empty ones and remarks included."""
+
 FARTHEST = 1e6
 """Metres from the origin beyond which a position is taken for a fault: no room is so large."""
 
