@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several objects as one sketch: Grease Pencil and curves of every kind, mixed."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
@@ -128,6 +130,17 @@ def test_a_saved_file_remembers_all_of_them(tmp_path):
     before = splash.splash.made_of
     assert bpy.ops.splash.regenerate() == {"FINISHED"}
     assert splash.splash.made_of == before and strokes_in(splash) == 9
+
+
+def test_export_writes_what_is_selected_or_all_that_a_splash_is_made_of(tmp_path):
+    sketch, old, new = three()
+    select(sketch, old, new)
+    splash = generate()
+    for count, chosen in ((9, (splash,)), (1, (old,)), (3, (old, new)), (6, (sketch,))):
+        select(*chosen)
+        path = tmp_path / f"{count}.json"
+        assert bpy.ops.splash.export_strokes(filepath=str(path)) == {"FINISHED"}
+        assert len(json.loads(path.read_text())["strokes"]) == count
 
 
 def test_undo_and_redo_keep_them():

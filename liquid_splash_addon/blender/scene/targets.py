@@ -44,6 +44,14 @@ def find_target(context: bpy.types.Context) -> Target | None:
     return target_of(splash) if is_splash(splash) and splash.splash.sketch is not None else None
 
 
+def chosen_sketches(context: bpy.types.Context) -> tuple[bpy.types.Object, ...]:
+    """Return the active sketch and the others that are selected, or what the splash is made of."""
+    active, target = context.active_object, find_target(context)
+    if active is not None and active.type in STROKE_TYPES:
+        return (active, *selected_sketches(context, active))
+    return () if target is None else (target.sketch, *target.others)
+
+
 def target_of(splash: bpy.types.Object) -> Target:
     """Return a splash with all that it is made of."""
     return Target(splash.splash.sketch, splash, splash.splash.layer, others_of(splash))

@@ -160,8 +160,7 @@ class SPLASH_OT_export_strokes(ExportSettings, QueuedOperator, bpy.types.Operato
 
     def begin(self, context: bpy.types.Context) -> None:
         """Take note of the sketch and the file."""
-        target = targets.find_target(context)
-        self._objects = [Handle.of(item) for item in (target.sketch, *target.others)]
+        self._objects = [Handle.of(item) for item in targets.chosen_sketches(context)]
         path = Path(bpy.path.abspath(self.filepath))
         self._path = path if path.suffix else path.with_suffix(".json")
 
