@@ -20,6 +20,7 @@ from ..core import compiled_code
 from .data import (
     index,
     model,
+    motion,
     obstacle_group,
     preferences,
     properties,
@@ -28,9 +29,13 @@ from .data import (
 )
 from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
 from .scene import drop_points, model_parts
+from .scene import motion as scene_motion
 from .ui import (
+    export_vdb,
     model_operators,
     model_panel,
+    motion_operators,
+    motion_panel,
     operators,
     panels,
     refinement_operators,
@@ -46,6 +51,7 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    motion,
     preferences,
     work_queue,
     refine,
@@ -54,14 +60,18 @@ MODULES = (
     compile_ahead,
     drop_points,
     model_parts,
+    scene_motion,
     operators,
     model_operators,
     sketch_presets,
     stroke_files,
     refinement_operators,
+    motion_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
+    motion_panel,
 )
 
 

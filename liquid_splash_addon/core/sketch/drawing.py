@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..scale import Scale
 from ..settings import SplashSettings
-from .local_frame import longest_side
+from .local_frame import fit_scale
 from .strokes import Stroke, StrokeError, arc_length
 
 VELOCITY_WINDOW = 0.06
@@ -116,11 +117,11 @@ def segment_directions(points: np.ndarray) -> np.ndarray:
 
 
 def strokes_from_drawings(
-    drawings: Sequence[Drawing], settings: SplashSettings, scale: float | None = None
+    drawings: Sequence[Drawing], settings: SplashSettings, scale: Scale | None = None
 ) -> tuple[list[Stroke], list[str]]:
     """Give every drawing its velocities by ``settings.speed_source``.
 
-    scale : local metres per drawing unit; by default from ``settings.real_size``.
+    scale : of the drawing; by default from ``settings.real_size``.
 
     Returns the strokes (drawing units, drawing units per second) and warnings for the user.
     Drawings that cannot be used are left out with a warning. Raises StrokeError where none is left.
@@ -130,11 +131,12 @@ def strokes_from_drawings(
         scale = drawing_scale(drawings, settings.real_size)
     strokes: list[Stroke] = []
     lacking = 0
+    hand_speed = scale.velocities_to_drawing(settings.stroke_speed)
     for drawing in drawings:
-        velocities = known_velocity(drawing, settings, scale)
+        velocities = known_velocity(drawing, settings, hand_speed)
         if velocities is None:
             lacking += 1
-            velocities = settings.stroke_speed / scale * tangents(drawing.points)
+            velocities = hand_speed * tangents(drawing.points)
         strokes.append(Stroke(drawing.points, velocities))
     warnings = left_out
     if lacking:
@@ -149,16 +151,19 @@ LACKS = {"TIME": "recorded time", "ATTRIBUTE": "stored speed or time", "PRESSURE
 """What strokes without a speed do not have, by the source of speed."""
 
 
-def known_velocity(drawing: Drawing, settings: SplashSettings, scale: float) -> np.ndarray | None:
+def known_velocity(
+    drawing: Drawing, settings: SplashSettings, hand_speed: float
+) -> np.ndarray | None:
     """Return a drawing's velocities ``(n, 3)`` by ``settings.speed_source``, in its own units.
 
+    hand_speed : the setting Stroke Speed, in the drawing's units per second
     None where it lacks what that needs. Stored speeds take their place before times.
     """
     source = settings.speed_source
     if source == "CONSTANT":
-        return settings.stroke_speed / scale * tangents(drawing.points)
+        return hand_speed * tangents(drawing.points)
     if source == "PRESSURE" and drawing.pressures is not None:
-        speed = settings.stroke_speed / scale * np.asarray(drawing.pressures)
+        speed = hand_speed * np.asarray(drawing.pressures)
         return speed[:, None] * tangents(drawing.points)
     if source == "ATTRIBUTE" and drawing.speeds is not None:
         return np.asarray(drawing.speeds)[:, None] * tangents(drawing.points)
@@ -167,11 +172,9 @@ def known_velocity(drawing: Drawing, settings: SplashSettings, scale: float) -> 
     return None
 
 
-def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
-    """Return local metres per drawing unit, so that the longest side measures ``real_size``."""
-    if real_size <= 0:
-        return 1.0
-    return real_size / longest_side([np.asarray(d.points, dtype=np.float64) for d in drawings])
+def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> Scale:
+    """Return the scale at which the longest side measures ``real_size``, see :func:`fit_scale`."""
+    return fit_scale([np.asarray(d.points, dtype=np.float64) for d in drawings], real_size)
 
 
 def fault_of(drawing: Drawing) -> str:
