@@ -43,6 +43,7 @@ from .ui import (
     refinement_operators,
     refinement_panel,
     sketch_presets,
+    stroke_files,
 )
 
 MODULES = (
@@ -65,6 +66,7 @@ MODULES = (
     operators,
     model_operators,
     sketch_presets,
+    stroke_files,
     refinement_operators,
     motion_operators,
     export_vdb,
