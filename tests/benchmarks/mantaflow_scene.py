@@ -5,8 +5,9 @@
 
 IN.json holds what ``Scene.parameters`` returns and ``resolution`` (cells along the domain, whose
 middle is that of the scene's box), ``frames`` and ``fps``; perhaps ``particles``, an .npz file with
-``positions`` (metres) and ``velocities`` (m/s) to start from instead of the streamlets. OUT.json gets ``seconds`` of the bake
-and, of the start and every frame, ``centres`` (of mass, metres) and ``cells`` that hold liquid.
+``positions`` (metres) and ``velocities`` (m/s) to start from instead of the streamlets. OUT.json
+gets ``seconds`` of the bake and, of the start and every frame, ``centres`` (of mass, metres) and
+``cells`` that hold liquid.
 
 The liquid does not come from a flow object: cells deeper than two would start at rest. The start
 is written as a frame of the cache instead, from which the bake goes on.
