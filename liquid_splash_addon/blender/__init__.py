@@ -20,6 +20,7 @@ from ..core import compiled_code
 from .data import (
     index,
     model,
+    motion,
     obstacle_group,
     preferences,
     properties,
@@ -28,9 +29,12 @@ from .data import (
 )
 from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
 from .scene import drop_points, model_parts
+from .scene import motion as scene_motion
 from .ui import (
     model_operators,
     model_panel,
+    motion_operators,
+    motion_panel,
     operators,
     panels,
     refinement_operators,
@@ -45,6 +49,7 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    motion,
     preferences,
     work_queue,
     refine,
@@ -53,13 +58,16 @@ MODULES = (
     compile_ahead,
     drop_points,
     model_parts,
+    scene_motion,
     operators,
     model_operators,
     sketch_presets,
     refinement_operators,
+    motion_operators,
     panels,
     refinement_panel,
     model_panel,
+    motion_panel,
 )
 
 
