@@ -15,10 +15,10 @@ from .start import Start
 
 PARTICLES_A_CELL = 8
 
-STEP_SECONDS = 0.6e-6
+STEP_SECONDS = 0.7e-6
 """Of one core, for a particle in a step, with what its cells take."""
 
-FRAME_SECONDS = 1.2e-6
+FRAME_SECONDS = 1.6e-6
 """Of one core, for a particle in a frame's surface."""
 
 PARTICLE_BYTES = 700.0
@@ -27,7 +27,7 @@ PARTICLE_BYTES = 700.0
 STATE_BYTES = 100.0
 """On disc, for a particle of the last frame."""
 
-FRAME_BYTES = 3.0
+FRAME_BYTES = 5.0
 """On disc, for a particle in a frame's mesh."""
 
 BASE_BYTES = 300e6
