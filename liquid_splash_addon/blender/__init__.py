@@ -31,6 +31,7 @@ from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, w
 from .scene import drop_points, model_parts
 from .scene import motion as scene_motion
 from .ui import (
+    export_vdb,
     model_operators,
     model_panel,
     motion_operators,
@@ -64,6 +65,7 @@ MODULES = (
     sketch_presets,
     refinement_operators,
     motion_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
