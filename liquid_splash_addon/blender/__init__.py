@@ -19,6 +19,7 @@ import bpy
 from ..core import compiled_code
 from .data import (
     index,
+    mantaflow,
     model,
     motion,
     obstacle_group,
@@ -27,10 +28,20 @@ from .data import (
     refinements,
     stored_liquid,
 )
-from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
+from .jobs import (
+    bake_mantaflow,
+    compile_ahead,
+    compose,
+    loaded_generator,
+    refine,
+    scheduler,
+    work_queue,
+)
 from .scene import drop_points, model_parts
 from .scene import motion as scene_motion
 from .ui import (
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -50,11 +61,13 @@ MODULES = (
     refinements,
     obstacle_group,
     motion,
+    mantaflow,
     preferences,
     work_queue,
     refine,
     compose,
     scheduler,
+    bake_mantaflow,
     compile_ahead,
     drop_points,
     model_parts,
@@ -64,10 +77,12 @@ MODULES = (
     sketch_presets,
     refinement_operators,
     motion_operators,
+    mantaflow_operators,
     panels,
     refinement_panel,
     model_panel,
     motion_panel,
+    mantaflow_panel,
 )
 
 

@@ -74,7 +74,7 @@ def project_faces(
 
     The surface is free: the pressure in the air is 0. Velocities in the air next to the liquid are
     carried there from its faces, those farther away stay. What was removed is the relative L2 norm
-    of the change inside thick liquid; where there is none, in all of it.
+    of the change inside thick liquid, 0 to 1; where there is none, in all of it.
 
     level, faces, solid : see :class:`Faces`
     """
@@ -95,7 +95,7 @@ def removed_share(flow: Faces, free: np.ndarray, level: np.ndarray) -> float:
     chosen = depth < THICK if (depth < THICK).any() else np.ones(count, dtype=bool)
     before = flow.velocity[:count][chosen].astype(np.float64)
     change = free[:count][chosen] - before
-    return float(np.sqrt((change**2).sum() / max((before**2).sum(), 1e-30)))
+    return min(float(np.sqrt((change**2).sum() / max((before**2).sum(), 1e-30))), 1.0)
 
 
 def divergence_free(liquid: LevelSet, solid: Solid | None = None) -> LevelSet:
