@@ -23,6 +23,7 @@ from .progress import part_of
 from .solver_start import StartTask, compute_start, read_start
 
 if TYPE_CHECKING:
+    from ...core.animation.solver_start import SolverStart
     from ...core.mantaflow.cache_files import Timing
     from ...core.mantaflow.domain import Domain
     from ...core.progress import Report
@@ -116,20 +117,24 @@ def read_task(context: bpy.types.Context, source: bpy.types.Object | None) -> Ex
 
 def compute(task: ExportTask, report: Report) -> Exported:
     """Write the frame beside the cache, without bpy. Raises ValueError with what to do."""
+    return stage(task, compute_start(task.start, part_of(report, 0.0, 0.4)), report)
+
+
+def stage(task: ExportTask, start: SolverStart, report: Report) -> Exported:
+    """Write the frame of a start beside the cache, see :func:`compute`."""
     from ...core.mantaflow.cache_files import Timing, write_frame
     from ...core.mantaflow.domain import TIME_UNIT, Domain, check_memory
     from ...core.mantaflow.first_frame import first_frame
     from ...core.scale import GRAVITY
 
-    start = compute_start(task.start, part_of(report, 0.0, 0.4))
     domain = Domain.around(start, task.settings)
     check_memory(domain)
     scale = start.world.scale
     gravity = task.settings.gravity * GRAVITY / scale.length
     if np.any(task.gravity) and abs(gravity) > task.weight_limit:
         raise SceneError(
-            f"The splash is so large in the scene that its gravity, {gravity:.0f} units/s², is more "
-            "than Blender's solver takes: scale it down, or lower Gravity"
+            f"The splash is so large in the scene that its gravity, {gravity:.0f} units/s², is "
+            "more than Blender's solver takes: scale it down, or lower Gravity"
         )
     first = first_frame(start, domain, task.settings, report=part_of(report, 0.4, 0.9))
     report("Writing", 0.9)
@@ -182,8 +187,8 @@ def write(context: bpy.types.Context, task: ExportTask, made: Exported, source: 
     group = item.splash_domain
     if task.temporary:
         warnings.append(
-            "The file is not saved, so the cache is in a temporary folder that Blender deletes when "
-            "it quits: save the file and export again to keep it"
+            "The file is not saved, so the cache is in a temporary folder that Blender deletes "
+            "when it quits: save the file and export again to keep it"
         )
     group.cache, group.frame, group.is_temporary = str(task.cache), frame, task.temporary
     group.state = fluid_domain.state_of(item, context.scene)

@@ -39,8 +39,8 @@ class SPLASH_OT_mantaflow_export(QueuedOperator, bpy.types.Operator):
     """Make a liquid domain whose first frame is the splash"""
 
     bl_description = (
-        "Make a liquid domain of Blender's own solver around the splash or model, whose first frame "
-        "has its liquid and its velocity everywhere. Used again, it updates the same domain"
+        "Make a liquid domain of Blender's own solver around the splash or model, whose first "
+        "frame has its liquid and its velocity everywhere. Used again, it updates the same domain"
     )
     bl_idname = "splash.mantaflow_export"
     bl_label = "Export to Mantaflow"
