@@ -95,8 +95,13 @@ def settings_for(source: bpy.types.Object, scene: bpy.types.Scene) -> MantaflowS
     return settings
 
 
-def read_task(context: bpy.types.Context, source: bpy.types.Object | None) -> ExportTask:
-    """Read what an export needs. Raises SceneError with what stands in the way."""
+def read_task(
+    context: bpy.types.Context, source: bpy.types.Object | None, folder: str
+) -> ExportTask:
+    """Read what an export needs. Raises SceneError with what stands in the way.
+
+    folder : name of the cache's folder, if it gets a new one
+    """
     scene = context.scene
     start = read_start(source)
     assert source is not None
@@ -105,7 +110,7 @@ def read_task(context: bpy.types.Context, source: bpy.types.Object | None) -> Ex
         fluid_domain.check_usable(domain)
     if not scene.is_editable:
         raise SceneError(f"The scene '{scene.name}' is linked from another file: make it local")
-    cache, path, temporary = fluid_domain.new_cache(domain)
+    cache, path, temporary = fluid_domain.new_cache(domain, folder)
     size = float(np.linalg.norm(scene.gravity))
     pull = scene.use_gravity and size > 0
     return ExportTask(
@@ -172,7 +177,7 @@ def write(context: bpy.types.Context, task: ExportTask, made: Exported, source: 
         made.gravity, made.fastest,
     )  # fmt: skip
     # Blender takes note of the settings, and deletes what it thinks is old.
-    context.view_layer.update()
+    context.scene.frame_set(context.scene.frame_current)
     frame = made.timing.frame
     try:
         drop_later(task.cache, frame)
@@ -210,9 +215,9 @@ def reason_to_export(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     if not group.cache:
         return "Nothing was exported yet"
     if fluid_domain.is_copy(item, scene):
-        return "This is a copy: its cache is that of the original. Delete it, or the original"
+        return "This is a copy of a domain and shows its cache: select the splash itself"
     if not has_frame(Path(bpy.path.abspath(fluid.cache_directory)), group.frame):
-        return "Blender has deleted the cache"
+        return "The cache is not there any more: Blender deletes it when a setting is changed"
     if group.state != fluid_domain.state_of(item, scene):
         return "The domain was changed since"
     if group.made_of != fluid_domain.made_of(source, settings_for(source, scene)):

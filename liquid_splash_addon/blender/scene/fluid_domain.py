@@ -10,13 +10,13 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
 import bpy
 import numpy as np
 
+from ...core.mantaflow.settings import MantaflowSettings
 from ..data.model import is_model
-from ..data.properties import plain
+from ..data.properties import assign_settings, plain, to_settings
 from . import mesh_object
 from .material import water_material
 from .objects import SceneError
@@ -24,14 +24,13 @@ from .obstacles import solids
 
 if TYPE_CHECKING:
     from ...core.mantaflow.domain import Domain
-    from ...core.mantaflow.settings import MantaflowSettings
 
 NAME = "Splash Domain"
 FOLDER = "splash_mantaflow"
 """Folder beside the .blend file, or in Blender's temporary one, that holds all caches."""
 
 DECISIVE = (
-    "domain_type", "cache_type", "cache_data_format", "cache_resumable", "cache_directory",
+    "domain_type", "cache_type", "cache_data_format", "cache_resumable",
     "cache_frame_start", "resolution_max", "simulation_method", "flip_ratio", "time_scale",
     "use_adaptive_timesteps", "timesteps_max", "timesteps_min", "cfl_condition", "use_diffusion",
     "use_viscosity", "particle_radius", "particle_number", "use_fractions", "fractions_threshold",
@@ -112,10 +111,8 @@ def ensure(context: bpy.types.Context, source: bpy.types.Object) -> bpy.types.Ob
     modifier.fluid_type = "DOMAIN"
     item.splash_domain.source = source
     scene.splash_mantaflow.domains.add().domain = item
-    for field in scene.splash_mantaflow.settings.bl_rna.properties:
-        if not field.is_readonly and field.identifier not in ("rna_type", "name"):
-            value = getattr(scene.splash_mantaflow.settings, field.identifier)
-            setattr(item.splash_domain.settings, field.identifier, value)
+    chosen = to_settings(scene.splash_mantaflow.settings, MantaflowSettings)
+    assign_settings(item.splash_domain.settings, chosen)
     return item
 
 
@@ -128,10 +125,13 @@ def forget_deleted(scene: bpy.types.Scene) -> None:
             entries.remove(number)
 
 
-def new_cache(item: bpy.types.Object | None) -> tuple[Path, str, bool]:
+def new_cache(item: bpy.types.Object | None, folder: str) -> tuple[Path, str, bool]:
     """Return the folder for a domain's cache, the path to enter in Blender, and if it is temporary.
 
-    A domain keeps its folder, unless that is a temporary one and the file was saved since.
+    A domain keeps its folder, unless that is a temporary one and the file was saved since, or
+    another domain has it too.
+
+    folder : name of a new one
     """
     settings = settings_of(item)
     if item is not None and settings is not None and item.splash_domain.cache:
@@ -139,7 +139,7 @@ def new_cache(item: bpy.types.Object | None) -> tuple[Path, str, bool]:
         kept_there = not item.splash_domain.is_temporary or not bpy.data.filepath
         if kept_there and where and not is_shared(item):
             return Path(where), settings.cache_directory, item.splash_domain.is_temporary
-    name = f"{FOLDER}/{uuid4().hex[:8]}"
+    name = f"{FOLDER}/{folder}"
     if bpy.data.filepath:
         return Path(bpy.path.abspath(f"//{name}")), f"//{name}", False
     path = Path(bpy.app.tempdir) / name
@@ -264,6 +264,7 @@ def set_ready(item: bpy.types.Object, frame: int) -> None:
     """Have the next bake go on from the frame that was written."""
     fluid = settings_of(item)
     fluid.cache_frame_pause_mesh = 0
+    fluid.has_cache_baked_mesh = False
     fluid.cache_frame_pause_data = frame + 1
     # Shows Resume and Free in Blender's own panel.
     fluid.has_cache_baked_data = True
@@ -273,6 +274,7 @@ def state_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     """Return a digest of a domain's decisive settings, box and gravity."""
     fluid = settings_of(item)
     values = [plain(getattr(fluid, name, None)) for name in DECISIVE]
+    values.append(bpy.path.abspath(fluid.cache_directory))
     gravity = [plain(value) for value in gravity_of(fluid, scene)]
     corners = np.array(item.bound_box).round(5).tolist()
     place = np.array(mesh_object.world_matrix(item)).round(5).tolist()

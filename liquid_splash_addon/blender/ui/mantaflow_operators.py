@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 from typing import Any
+from uuid import uuid4
 
 import bpy
 
@@ -64,7 +65,7 @@ class SPLASH_OT_mantaflow_export(QueuedOperator, bpy.types.Operator):
         item = exported_item(context)
         if item is None:
             raise SceneError("Select a splash or a model first")
-        self._item = Handle.of(item)
+        self._item, self._folder = Handle.of(item), uuid4().hex[:8]
 
     def owner(self) -> int:
         """Return the splash or model."""
@@ -75,7 +76,7 @@ class SPLASH_OT_mantaflow_export(QueuedOperator, bpy.types.Operator):
         item = self._item.find()
         if item is None:
             raise SceneError("The splash was deleted meanwhile, so nothing was exported")
-        task = export_mantaflow.read_task(bpy.context, item)
+        task = export_mantaflow.read_task(bpy.context, item, self._folder)
         return Work(
             task.key, partial(export_mantaflow.compute, task), partial(self.write_result, task)
         )

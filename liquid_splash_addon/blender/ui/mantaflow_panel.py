@@ -7,6 +7,7 @@ from typing import Any
 
 import bpy
 
+from ...core.mantaflow.settings import BYTES_PER_CELL
 from ..jobs import bake_mantaflow
 from ..jobs.export_mantaflow import reason_to_export
 from ..scene import fluid_domain
@@ -46,6 +47,8 @@ def draw_settings(column: Any, settings: Any) -> None:
         column.prop(settings, "pool_depth")
     for name in ("gravity", "divergence_free", "mesh", "hide"):
         column.prop(settings, name)
+    most = BYTES_PER_CELL * settings.resolution**3 / 2**30
+    column.label(text=f"Needs {most:.1f} GB of memory at most", icon="MEMORY")
 
 
 def draw_domain(layout: Any, context: bpy.types.Context, domain: bpy.types.Object) -> None:

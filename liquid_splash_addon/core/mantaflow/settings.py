@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from ..settings import Settings, setting
 
+BYTES_PER_CELL = 1000
+"""Memory that a liquid takes in Mantaflow, its mesh included (measured: 2.1 GB at 128^3 cells)."""
+
 
 @dataclass(frozen=True)
 class MantaflowSettings(Settings):
