@@ -9,6 +9,8 @@ from typing import Any
 import bpy
 
 from liquid_splash_addon.blender.ui import (
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -19,7 +21,8 @@ from liquid_splash_addon.blender.ui import (
     refinement_panel,
 )
 
-FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion")
+FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion",
+                  "splash_domain")  # fmt: skip
 """What only splashes, models, and drops should be given."""
 
 
@@ -49,7 +52,7 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
+    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators, motion_panel, operators, panels,
              refinement_operators, refinement_panel)  # fmt: skip
     found = {
         value

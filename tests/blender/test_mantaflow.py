@@ -55,7 +55,7 @@ def test_the_same_with_finer_cells(flow, shell, tmp_path):
 
 
 def test_gravity_is_the_earths_at_the_splashs_size(tmp_path):
-    frames, fps, time = 5, 24, 0.4
+    frames, fps, time = 5, 24, 0.1
     item = exported(ball(uniform, 0.04, time=time), tmp_path, fps, frames=frames, margin=1.5)
     baked(item)
     seconds = frames / fps * time
