@@ -52,8 +52,8 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators, motion_panel, operators, panels,
-             refinement_operators, refinement_panel)  # fmt: skip
+    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
+             motion_panel, operators, panels, refinement_operators, refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms
