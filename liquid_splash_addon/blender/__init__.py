@@ -19,6 +19,7 @@ import bpy
 from ..core import compiled_code
 from .data import (
     index,
+    mantaflow,
     model,
     motion,
     obstacle_group,
@@ -27,11 +28,21 @@ from .data import (
     refinements,
     stored_liquid,
 )
-from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
+from .jobs import (
+    bake_mantaflow,
+    compile_ahead,
+    compose,
+    loaded_generator,
+    refine,
+    scheduler,
+    work_queue,
+)
 from .scene import drop_points, model_parts
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -54,11 +65,13 @@ MODULES = (
     refinements,
     obstacle_group,
     motion,
+    mantaflow,
     preferences,
     work_queue,
     refine,
     compose,
     scheduler,
+    bake_mantaflow,
     compile_ahead,
     drop_points,
     model_parts,
@@ -70,12 +83,14 @@ MODULES = (
     refinement_operators,
     motion_operators,
     export_vdb,
+    mantaflow_operators,
     panels,
     refinement_panel,
     model_panel,
     preferences_operators,
     preferences_panel,
     motion_panel,
+    mantaflow_panel,
 )
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import bpy
 
 from liquid_splash_addon.blender.ui import (
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -20,7 +22,8 @@ from liquid_splash_addon.blender.ui import (
     refinement_panel,
 )
 
-FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion")
+FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion",
+                  "splash_domain")  # fmt: skip
 """What only splashes, models, and drops should be given."""
 
 
@@ -50,8 +53,9 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
-             preferences_operators, refinement_operators, refinement_panel)  # fmt: skip
+    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
+             motion_panel, operators, panels, preferences_operators, refinement_operators,
+             refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms
