@@ -115,7 +115,7 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
 
     obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
     stored = StoredSplash.from_bytes(content)
-    return Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied)
+    return Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed)
 
 
 def compute(task: Task, report: Report) -> Outcome:
@@ -162,7 +162,8 @@ def compute_applied(task: Task, report: Report) -> tuple[Outcome, bytes]:
     from ...core.refinement.stored_splash import StoredSplash
 
     stored = StoredSplash.from_bytes(task.content)
-    content = replace(stored, applied=refiner_of(task).applied(task.steps)).to_bytes()
+    applied = refiner_of(task).applied(task.steps)
+    content = replace(stored, applied=applied, flowed=None).to_bytes()
     return compute(task, report), content
 
 
