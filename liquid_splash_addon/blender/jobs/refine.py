@@ -115,7 +115,9 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
 
     obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
     stored = StoredSplash.from_bytes(content)
-    return Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed)
+    return Refiner(
+        stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed
+    )
 
 
 def compute(task: Task, report: Report) -> Outcome:

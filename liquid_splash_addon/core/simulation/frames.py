@@ -100,7 +100,7 @@ def packed(arrays: Mapping[str, np.ndarray], level: int) -> bytes:
     with zipfile.ZipFile(buffer, "w", method, compresslevel=level or None) as file:
         for name, array in arrays.items():
             with file.open(f"{name}.npy", "w", force_zip64=True) as entry:
-                np.save(entry, np.ascontiguousarray(array), allow_pickle=False)
+                np.save(entry, np.asarray(array, order="C"), allow_pickle=False)
     return buffer.getvalue()
 
 
