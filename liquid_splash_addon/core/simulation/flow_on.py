@@ -3,24 +3,96 @@
 
 from __future__ import annotations
 
-from ..liquid.level_set import LevelSet
+from dataclasses import replace
+
+import numpy as np
+
+from ..fluid.particles import Particles
+from ..fluid.step import advance
+from ..grid import Grid
+from ..liquid.fields import AIR
+from ..liquid.level_set import LevelSet, fill_velocity
 from ..progress import Report, silent
-from .start import Start
+from .scene import Scene, prepare
+from .settings import EARTH, SimulationSettings
+from .start import MovingObstacle, Start
+from .surface import CLEARANCE, LAYERS, surface_of
 
 MOST_MILLISECONDS = 100.0
 """Longest time that a splash is flown on."""
 
+LOOK = 0.002
+"""Seconds of the liquid's time between two reports."""
+
+REACH_OUTSIDE = 4
+"""Cells around the splash's grid in which particles still count for its surface."""
+
 
 def flow_on(
-    start: Start, milliseconds: float, report: Report = silent, gravity: float = 9.81
+    start: Start, milliseconds: float, report: Report = silent, gravity: float = EARTH
 ) -> LevelSet:
     """Return the splash ``milliseconds`` (0 to MOST_MILLISECONDS) of its own time later.
 
     The result is on the same grid as ``start.liquid``, level in cells and velocity in m/s: what
     leaves the grid is cut off. 0 returns the liquid itself. Free drops are flown on with it and
-    are part of it afterwards. ``start.frame_seconds`` and ``ground`` are of no account.
+    are part of it afterwards. Obstacles rest in their first pose; ``start.frame_seconds`` and
+    ``ground`` are of no account.
 
     gravity : m/s^2, against ``start.up``; 0 for none. report : called with the share done; may
     raise Cancelled. Raises ValueError, with a sentence for the user, where there is no liquid.
     """
-    raise NotImplementedError
+    if not 0 <= milliseconds <= MOST_MILLISECONDS:
+        raise ValueError(
+            f"Flow On must be from 0 to {MOST_MILLISECONDS:g} ms, not {milliseconds:g}"
+        )
+    if milliseconds == 0:
+        return start.liquid
+    report("Flowing on", 0.0)
+    settings = SimulationSettings(gravity_strength=gravity)
+    scene = prepare(at_rest(start), settings, start.liquid.grid.spacing)
+    liquid, seconds = scene.liquid, milliseconds / 1000
+    looks = max(int(np.ceil(seconds / LOOK)), 1)
+    for look in range(1, looks + 1):
+        liquid = advance(liquid, scene.world, seconds * look / looks)
+        report("Flowing on", 0.95 * look / looks)
+    return level_of(liquid.particles, scene, start.liquid.grid)
+
+
+def at_rest(start: Start) -> Start:
+    """Return the start with obstacles that keep to their first pose."""
+    first = (MovingObstacle(one.poses[:1], one.faces, one.name) for one in start.obstacles)
+    return replace(start, obstacles=tuple(first))
+
+
+def level_of(particles: Particles, scene: Scene, grid: Grid) -> LevelSet:
+    """Return the particles' surface and velocity as a level set on a grid in local space.
+
+    The grid's cells are as large as the scene's.
+    """
+    margin = REACH_OUTSIDE + LAYERS + 1
+    local = scene.domain.to_local(particles.positions.astype(np.float64))
+    placed = grid.to_cells(local) + margin
+    inside = ((placed > LAYERS + 1) & (placed < np.add(grid.shape, 2 * margin - LAYERS - 1))).all(1)
+    level = np.full(grid.shape, AIR, dtype=np.float32)
+    velocity = np.zeros((3, *grid.shape), dtype=np.float32)
+    if not inside.any():
+        return LevelSet(level, velocity, grid)
+    speed = scene.domain.vectors_to_local(particles.velocities.astype(np.float64))
+    kept = particles.take(inside)._replace(
+        positions=placed[inside].astype(np.float32), velocities=speed[inside].astype(np.float32)
+    )
+    found = surface_of(kept, max(grid.shape) + 2 * margin)
+    cells = found.cells.coordinates - margin
+    here = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
+    places = tuple(cells[here].T)
+    middles = scene.domain.to_cells(grid.to_metres(cells[here] + 0.5))
+    away = scene.world.solid_at(0.0).distance(middles)
+    level[places] = np.maximum(found.level[here], (CLEARANCE - away).astype(np.float32))
+    level = LevelSet(level, velocity, grid).distance
+    velocity[:, *places] = found.velocity[here].T
+    known = np.zeros(grid.shape, dtype=bool)
+    known[places] = found.velocity[here].any(axis=1)
+    where = np.nonzero(level < AIR)
+    velocity[:, level >= AIR] = 0
+    fill_velocity(velocity, known, where, known[where], ~known[where])
+    return LevelSet(level, velocity, grid)
