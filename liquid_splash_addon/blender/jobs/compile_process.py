@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile ahead: run as a program by compile_ahead, in a process without bpy.
+"""Compile ahead, or do a job: run as a program by child_process, in a process without bpy.
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
-Blender) and ``folder`` (its place). Out go lines of JSON, with ``stage`` and ``share`` or, last of
-all, ``failed``. The process ends when its input does, as Blender's end ends it.
+Blender) and ``folder`` (its place); for a job also ``module``, a module of the add-on with
+``work(job, say)``, and ``job``, the path of the job's file. Out go lines of JSON, with ``stage`` and
+``share`` or, last of all, ``failed``. The process ends when its input does, as Blender's end ends
+it.
 """
 
 import importlib
@@ -18,13 +20,17 @@ NICENESS = 10
 
 
 def main() -> int:
-    """Rehearse; return the exit code."""
+    """Rehearse, or do the job; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
     if hasattr(os, "nice"):  # on Windows the parent chose the priority
         os.nice(NICENESS)
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
+    if "module" in order:
+        return int(
+            importlib.import_module(order["package"] + order["module"]).work(order["job"], say)
+        )
     try:
         importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
     except (Exception, MemoryError) as error:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from typing import TYPE_CHECKING, Any
@@ -50,6 +51,26 @@ def ask(task: Callable[[], Any], report: Report, stage: str, share: float) -> An
     finally:
         answer.cancel()  # of no effect on one that is done
     return answer.result()
+
+
+def ask_anyway(task: Callable[[], Any]) -> None:
+    """Have a task done in Blender's own thread some time, whatever becomes of this one."""
+
+    def protected() -> None:
+        try:
+            task()
+        except Exception as error:  # nobody waits for it
+            traceback.print_exception(error)
+
+    if threading.current_thread() is threading.main_thread():
+        protected()
+    else:
+        _requests.put(protected)
+
+
+def is_asked() -> bool:
+    """Whether something is yet to be done."""
+    return not _requests.empty()
 
 
 def do_requests(seconds: float = MOST_SECONDS) -> None:

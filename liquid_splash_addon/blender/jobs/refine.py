@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
-    from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.settings import RefinementSettings, WaveSettings
     from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
@@ -118,6 +118,13 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
     return Refiner(
         stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed
     )
+
+
+def waves_of(task: Task) -> list[WaveSettings]:
+    """Return the waves on the mesh, applied ones first, without bpy."""
+    from ...core.refinement.stack import wave_steps
+
+    return [*refiner_of(task).applied_waves, *wave_steps(task.steps)]
 
 
 def compute(task: Task, report: Report) -> Outcome:

@@ -246,7 +246,8 @@ def tick() -> float | None:
             _end(lane, entry)
         while lane.running is None and lane.waiting:
             _begin(lane, lane.waiting.pop(0))
-    return TICK if any(lane.running for lane in _lanes) else None
+    is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
+    return TICK if is_busy else None
 
 
 def _end(lane: Lane, entry: Entry) -> None:

@@ -112,9 +112,11 @@ def used_bytes(folder: Path) -> int:
 
 
 def move(before: Path, after: Path) -> None:
-    """Move frames to another folder. Raises OSError."""
-    after.parent.mkdir(parents=True, exist_ok=True)
+    """Move frames to another folder of the open file. Raises OSError, SceneError."""
+    prepare(after)
+    shutil.rmtree(after)
     shutil.move(before, after)
+    prepare(after)
 
 
 def delete(folder: Path) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import bpy
 
+from ...core.playback.playback import FILE
 from ...core.playback.ply import RADIUS, VELOCITY
 from .material import water_material
 
@@ -23,9 +24,6 @@ MARK = "splash_motion"
 
 VERSION = 1
 
-FILE = "frame_{number:04}.ply"
-"""Name of a frame's file, in the language of Blender's Format String node and of Python."""
-
 INPUTS = (
     ("Folder", "NodeSocketString", "Folder of the frames; // is the folder of this file"),
     ("Start", "NodeSocketInt", "Frame of the scene that shows the first one"),
@@ -35,17 +33,35 @@ INPUTS = (
 """Inputs of the modifier beside the geometry: name, kind, description."""
 
 
+def own_motion(splash: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the object that plays the frames of ``splash``; None if there is none.
+
+    A copy of a splash refers to that of the original, which is not its own.
+    """
+    item = splash.splash_simulation.motion
+    if item is None or not item.users_scene or item.type != "MESH" or not item.is_editable:
+        return None
+    return item if item.splash.owner == splash else None
+
+
 def new_object(splash: bpy.types.Object) -> bpy.types.Object:
     """Return a new object that plays frames in the space of ``splash``, as yet none."""
     item = bpy.data.objects.new(NAME, bpy.data.meshes.new(NAME))
     for collection in splash.users_collection:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
+    add_modifier(item, splash)
+    return item
+
+
+def add_modifier(item: bpy.types.Object, splash: bpy.types.Object) -> None:
+    """Give an object what makes it play frames, before all other modifiers."""
     modifier = item.modifiers.new(NAME, "NODES")
     modifier.node_group = node_group()
+    item.modifiers.move(len(item.modifiers) - 1, 0)
     slots = splash.material_slots
-    set_input(item, "Material", slots[0].material if slots else water_material())
-    return item
+    material = slots[0].material if slots and slots[0].material else water_material()
+    set_input(item, "Material", material)
 
 
 def show(item: bpy.types.Object, folder: str, start: int, frames: int) -> None:
