@@ -17,7 +17,7 @@ NEVER = {"training", "liquid_splash_addon"}
 
 ROOMS = {
     "liquid_splash_addon.core": (
-        "settings grid progress packages compiled_code compiling",
+        "settings grid scale progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "simulation", "pipeline", "rehearsal",
     ),

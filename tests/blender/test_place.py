@@ -29,7 +29,7 @@ def make(drawings, matrix: Matrix | None = None) -> bpy.types.Object:
 
 def distance_in_cells(points: np.ndarray, others: np.ndarray, splash: bpy.types.Object) -> float:
     """Return the mean distance between two sets of vertices, both ways, in cells of the splash."""
-    cell = Grid.local(64).spacing / frame_from_text(splash.splash.frame).scale
+    cell = Grid.local(64).spacing / frame_from_text(splash.splash.frame).scale.length
     there, _ = cKDTree(others).query(points)
     back, _ = cKDTree(points).query(others)
     return max(there.mean(), back.mean()) / cell

@@ -40,7 +40,7 @@ def test_the_splash_follows_the_strokes(name):
     """Most of the strokes lie in the liquid, or within two cells of it."""
     add_sketch(example_sketch(name))
     splash = generate(resolution="128")
-    cell = Grid.local().spacing / frame_from_text(splash.splash.frame).scale
+    cell = Grid.local().spacing / frame_from_text(splash.splash.frame).scale.length
     points = np.concatenate([drawing.points for drawing in example_sketch(name)])
     near = []
     for point in points:

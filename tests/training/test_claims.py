@@ -21,6 +21,7 @@ from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import Fields
 from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.local_frame import Frame, fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
 from training.data.recorded import read_recording
@@ -133,7 +134,7 @@ def test_a_full_ball_halved_is_the_draft_ball():
 
 
 def test_a_ball_seen_from_a_turned_frame_is_the_turned_ball():
-    frame = Frame(np.eye(3), np.array([1.0, 2.0, 3.0]), 0.1)
+    frame = Frame(np.eye(3), np.array([1.0, 2.0, 3.0]), Scale(0.1))
     turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     grid = Grid.local(64)
     seen = shapes.seen_liquid(ball(), frame, frame.turned(turn), grid)

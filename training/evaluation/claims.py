@@ -98,7 +98,9 @@ def speed_figures(bench: SketchBench) -> Figures:
             rows[name][label] = {
                 "pieces": len(pieces(liquid(splash), PIECE_CELLS)),
                 "tunnels": tunnels(liquid(splash)),
-                "surface_to_volume": surface_to_volume(splash.mesh) / splash.frame.scale / 100,
+                "surface_to_volume": surface_to_volume(splash.mesh)
+                / splash.frame.scale.length
+                / 100,
                 "occupied": float(liquid(splash).mean()),
             }
     sums = {

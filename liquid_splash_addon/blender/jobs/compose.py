@@ -152,7 +152,7 @@ def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
         frame,
         axes=frame.axes @ (turn / size).T,
         centre=turn @ frame.centre + place[:3, 3],
-        scale=frame.scale / size,
+        scale=frame.scale.resized(size),
     )
 
 

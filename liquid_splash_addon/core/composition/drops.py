@@ -35,7 +35,7 @@ def drops_to_drawing(cloud: DropCloud | Drops, frame: Frame) -> Drops:
     return Drops(
         frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
         frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
-        (cloud.radii / frame.scale).astype(np.float32),
+        frame.scale.lengths_to_drawing(cloud.radii).astype(np.float32),
         cloud.meshed,
     )
 

@@ -154,13 +154,13 @@ class Composer:
         self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings
     ) -> tuple[Mesh, list[str]]:
         """Return the mesh with waves in the local metres of ``part``, and warnings."""
-        scale, spacing = np.float32(part.frame.scale), part.liquid.grid.spacing
-        metres = replace(mesh, vertices=mesh.vertices * scale)
+        scale, spacing = part.frame.scale, part.liquid.grid.spacing
+        metres = replace(mesh, vertices=scale.lengths_to_local(mesh.vertices))
         edge = wave_edge(metres, settings, spacing)
         if self._ready is None or self._ready[0] != (name, edge, spacing):
             self._ready = (name, edge, spacing), prepare(metres, edge, spacing)
         moved, about = propagate(self._ready[1], settings)
-        return replace(moved, vertices=moved.vertices / scale), about.warnings
+        return replace(moved, vertices=scale.lengths_to_drawing(moved.vertices)), about.warnings
 
 
 def finest(parts: Sequence[Part]) -> Placed:

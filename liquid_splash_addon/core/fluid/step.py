@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..scale import GRAVITY
 from .advection import advect
 from .cells import Cells, activate, sort_by_cell
 from .collision import MovingSolid, Solid, collide, open_share, wall_speed
@@ -18,9 +19,6 @@ from .pressure import Poisson, project, spread_apart
 from .sheets import resample_sheets
 from .surface_tension import WATER, surface_pressure
 from .transfer import faces_to_particles, particles_to_faces
-
-GRAVITY = 9.81
-"""m/s^2, down."""
 
 AIR_LAYERS = 2
 """Least layers of air cells with a velocity, for steps of a cell at most: a particle moves half a

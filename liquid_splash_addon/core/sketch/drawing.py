@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..scale import Scale
 from ..settings import SplashSettings
-from .local_frame import longest_side
+from .local_frame import fit_scale
 from .strokes import Stroke, StrokeError, arc_length
 
 VELOCITY_WINDOW = 0.06
@@ -114,11 +115,11 @@ def segment_directions(points: np.ndarray) -> np.ndarray:
 
 
 def strokes_from_drawings(
-    drawings: Sequence[Drawing], settings: SplashSettings, scale: float | None = None
+    drawings: Sequence[Drawing], settings: SplashSettings, scale: Scale | None = None
 ) -> tuple[list[Stroke], list[str]]:
     """Give every drawing its velocities by ``settings.speed_source``.
 
-    scale : local metres per drawing unit; by default from ``settings.real_size``.
+    scale : of the drawing; by default from ``settings.real_size``.
 
     Returns the strokes (drawing units, drawing units per second) and warnings for the user.
     Drawings that cannot be used are left out with a warning. Raises StrokeError where none is left.
@@ -128,7 +129,9 @@ def strokes_from_drawings(
         scale = drawing_scale(drawings, settings.real_size)
     strokes, untimed, unpressed = [], 0, 0
     for drawing in drawings:
-        hand_speed = np.full(len(drawing.points), settings.stroke_speed / scale)
+        hand_speed = np.full(
+            len(drawing.points), scale.velocities_to_drawing(settings.stroke_speed)
+        )
         if settings.speed_source == "TIME" and drawing.is_timed:
             velocities = estimate_velocity(drawing.points, np.asarray(drawing.times))
         else:
@@ -150,11 +153,9 @@ def strokes_from_drawings(
     return strokes, warnings
 
 
-def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
-    """Return local metres per drawing unit, so that the longest side measures ``real_size``."""
-    if real_size <= 0:
-        return 1.0
-    return real_size / longest_side([np.asarray(d.points, dtype=np.float64) for d in drawings])
+def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> Scale:
+    """Return the scale at which the longest side measures ``real_size``, see :func:`fit_scale`."""
+    return fit_scale([np.asarray(d.points, dtype=np.float64) for d in drawings], real_size)
 
 
 def fault_of(drawing: Drawing) -> str:
