@@ -24,10 +24,19 @@ from .data import (
     preferences,
     properties,
     refinements,
+    simulation,
     stored_liquid,
 )
-from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
-from .scene import drop_points, model_parts
+from .jobs import (
+    compile_ahead,
+    compose,
+    estimates,
+    loaded_generator,
+    refine,
+    scheduler,
+    work_queue,
+)
+from .scene import drop_points, model_parts, moving_obstacles
 from .ui import (
     model_operators,
     model_panel,
@@ -35,6 +44,8 @@ from .ui import (
     panels,
     refinement_operators,
     refinement_panel,
+    simulate_operators,
+    simulate_panel,
     sketch_presets,
 )
 
@@ -45,21 +56,26 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    simulation,
     preferences,
     work_queue,
     refine,
     compose,
     scheduler,
     compile_ahead,
+    estimates,
     drop_points,
     model_parts,
+    moving_obstacles,
     operators,
     model_operators,
     sketch_presets,
     refinement_operators,
+    simulate_operators,
     panels,
     refinement_panel,
     model_panel,
+    simulate_panel,
 )
 
 

@@ -3,9 +3,9 @@
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
 Blender) and ``folder`` (its place); for a job also ``module``, a module of the add-on with
-``work(job, say)``, and ``job``, the path of the job's file. Out go lines of JSON, with ``stage`` and
-``share`` or, last of all, ``failed``. The process ends when its input does, as Blender's end ends
-it.
+``work(job, say)``, and ``job``, the path of the job's file. Out go lines of JSON, with ``stage``
+and ``share`` or, last of all, ``failed``. The process ends when its input does, as Blender's end
+ends it.
 """
 
 import importlib

@@ -11,7 +11,7 @@ import sys
 class MemoryStatus(ctypes.Structure):
     """MEMORYSTATUSEX of Windows."""
 
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         ("length", ctypes.c_ulong),
         ("load", ctypes.c_ulong),
         *((f"value_{number}", ctypes.c_ulonglong) for number in range(7)),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,12 @@ SIMULATION_JOB, PLAYBACK_JOB = "simulation.job", "playback.job"
 TICK = 0.1
 """Seconds between two looks at the process."""
 
+PLAYED_SHARE = 3.0
+"""Bytes of the files to play over those of the simulation's own, which are compressed."""
+
+LOST_SHARE = 0.05
+"""Share of the liquid from which leaving the domain is worth a warning."""
+
 READING = 0.05
 """Share of a run that goes into reading the scene."""
 
@@ -58,7 +64,7 @@ class Order:
     start : what its liquid is made from
     first : frame of the scene that shows it as it is
     frame_seconds : seconds of the scene from frame to frame
-    time_scale : seconds of the liquid in one of the scene
+    time_scale : slow motion, see core's Scale
     height : of the ground in the world
     waves : of a model; those of a splash are in its list
     made_of : digest of all that, for the panel
@@ -135,7 +141,7 @@ def read_order(context: bpy.types.Context, item: bpy.types.Object) -> Order:
 
 
 def time_scale_of(item: bpy.types.Object) -> float:
-    """Return the seconds of the liquid in one second of the scene."""
+    """Return the slow motion of a splash or model."""
     return 0.05
 
 
@@ -252,8 +258,9 @@ def start_of(order: Order, made: SolverStart, moving: Sequence[Moving]) -> Start
         if one.faces is not None and len(one.faces)
     )
     drops = LooseDrops(made.drops.positions, made.drops.velocities, made.drops.radii)
+    seconds = world.scale.slowed(order.time_scale).durations_to_local(order.frame_seconds)
     return Start(
-        made.liquid, order.frame_seconds * order.time_scale, up, float(on_ground @ up),
+        made.liquid, seconds, up, float(on_ground @ up),
         drops, tuple(obstacles),
     )  # fmt: skip
 
@@ -275,7 +282,8 @@ def playback_of(order: Order, made: SolverStart) -> Playback:
     has_ground = order.settings.ground != "NONE"
     height = float(made.world.points_to_local(np.array([0.0, 0.0, order.height])) @ up)
     around = Surroundings(-order.settings.pull * up, up, height if has_ground else -np.inf)
-    return Playback(made.frame, order.time_scale, tuple(steps), around)
+    frame = replace(made.frame, scale=made.frame.scale.slowed(order.time_scale))
+    return Playback(frame, tuple(steps), around)
 
 
 def check_room(order: Order, start: Start) -> None:
@@ -288,12 +296,17 @@ def check_room(order: Order, start: Start) -> None:
             f"The simulation needs about {expected.memory / 1e9:.1f} GB of memory, more than there "
             "is: lower Resolution or Margin"
         )
-    free = frame_folder.free_bytes(order.path)
-    if expected.disc / 2 > free:
+    free, needed = frame_folder.free_bytes(order.path), bytes_on_disc(expected)
+    if needed / 2 > free:
         raise SceneError(
-            f"The frames need about {expected.disc / 1e9:.1f} GB on the disk of {order.path}, where "
+            f"The frames need about {needed / 1e9:.1f} GB on the disk of {order.path}, where "
             f"{free / 1e9:.1f} GB are free: make room, or lower Frames or Resolution"
         )
+
+
+def bytes_on_disc(expected: Any) -> float:
+    """Return what all files take, those to play included; expected : core's Estimate."""
+    return float(expected.disc) * (1 + PLAYED_SHARE)
 
 
 def write_jobs(order: Order, start: Start, playback: Playback) -> None:
@@ -358,6 +371,7 @@ def show(run: Run) -> None:
 def write(run: Run) -> None:
     """Record on a splash what came of a run, and show it."""
     from ...core.playback.playback import played
+    from ...core.simulation.frames import read_manifest
 
     order, item = run.order, run.order.item.find()
     if item is None or not item.is_editable:
@@ -371,5 +385,16 @@ def write(run: Run) -> None:
         size = frame_folder.used_bytes(order.path) / 1e6
         took = f" in {run.seconds:.0f} s" if run.seconds else ""
         record.summary = f"{there - 1} of {run.wanted - 1} frames{took}, {size:,.0f} MB"
+        run.warnings += [*read_manifest(order.path).get("warnings", ()), *lost_liquid(order.path)]
     record.warnings = "\n".join(dict.fromkeys([*filter(None, [run.error]), *run.warnings]))
     show(run)
+
+
+def lost_liquid(folder: Path) -> list[str]:
+    """Return a warning if much of the liquid has left the domain."""
+    from ...core.playback.playback import share_left
+
+    lost = share_left(folder)
+    if lost < LOST_SHARE:
+        return []
+    return [f"{lost:.0%} of the liquid has left the domain: raise Margin to keep more of it"]

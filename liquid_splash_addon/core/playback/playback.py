@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..composition.drops import Drops, drops_to_drawing, mesh_to_drawing
 from ..mesh.mesh import Mesh
 from ..refinement.settings import KINDS, DropletSettings, RefinementSettings, WaveSettings
 from ..refinement.waves import add_waves
+from ..scale import Scale
 from ..simulation.frames import frames_done, read_frame, read_manifest
 from ..simulation.start import Frame as SimulatedFrame
 from ..sketch.local_frame import Frame
@@ -41,14 +42,13 @@ class Playback:
 
     Attributes
     ----------
-    frame : from the simulation's local metres to the units of the object that plays
-    time_scale : seconds of the liquid's own time in a second of the scene
+    frame : from the simulation's local metres and seconds to the units of the object that plays and
+        the seconds of the timeline
     steps : refinements evaluated on every frame: waves, and droplets that go on breaking off
     around : what these droplets fall through, local metres
     """
 
     frame: Frame
-    time_scale: float
     steps: tuple[RefinementSettings, ...]
     around: Surroundings
 
@@ -58,8 +58,7 @@ class Playback:
         return {
             "axes": self.frame.axes.tolist(),
             "centre": self.frame.centre.tolist(),
-            "scale": self.frame.scale,
-            "time_scale": self.time_scale,
+            "scale": [self.frame.scale.length, self.frame.scale.time],
             "steps": [[names[type(step)], asdict(step)] for step in self.steps],
             "gravity": self.around.gravity.tolist(),
             "up": self.around.up.tolist(),
@@ -73,8 +72,7 @@ class Playback:
         gravity, up = (np.array(values[name], dtype=np.float64) for name in ("gravity", "up"))
         ground = -np.inf if values["ground"] is None else float(values["ground"])
         return cls(
-            Frame(axes, centre, float(values["scale"])),
-            float(values["time_scale"]),
+            Frame(axes, centre, Scale(*map(float, values["scale"]))),
             tuple(KINDS[kind](**settings) for kind, settings in values["steps"]),
             Surroundings(gravity, up, ground),
         )
@@ -92,6 +90,7 @@ class Player:
         """Take a folder that holds, or will hold, a simulation. What is there already is kept."""
         self.folder, self.playback = Path(folder), playback
         self.done = 0
+        self.left = 0.0
         self.drops = FlyingDrops.none()
         self.warnings: list[str] = []
         self._key = ""
@@ -115,7 +114,7 @@ class Player:
         frame = read_frame(self.folder, self.done)
         mesh, drops = self._refined(frame, manifest)
         write_whole(self.folder / FILE.format(number=self.done), ply_bytes(mesh, drops))
-        self.done += 1
+        self.done, self.left = self.done + 1, frame.left
         self._remember()
 
     def _begin(self, simulation: Mapping[str, Any]) -> None:
@@ -123,11 +122,11 @@ class Player:
         key = self.playback.key(simulation)
         if key == self._key:
             return
-        self._key, self.done, self.drops = key, 0, FlyingDrops.none()
+        self._key, self.done, self.left, self.drops = key, 0, 0.0, FlyingDrops.none()
         made = read_json(self.folder / MANIFEST)
         kept = made.get("key") == key and read_drops(self.folder / STATE, int(made["frames"]))
         if kept:
-            self.done, self.drops = int(made["frames"]), kept
+            self.done, self.left, self.drops = int(made["frames"]), float(made["left"]), kept
         else:
             self._remember()  # from now on, files of others are not taken for these
 
@@ -137,7 +136,7 @@ class Player:
         aside = state.with_name("played.part.npz")
         np.savez(aside, frames=np.array(self.done), **self.drops._asdict())
         aside.replace(state)
-        text = json.dumps({"key": self._key, "frames": self.done})
+        text = json.dumps({"key": self._key, "frames": self.done, "left": self.left})
         write_whole(self.folder / MANIFEST, text.encode())
 
     def _refined(self, frame: SimulatedFrame, simulation: Mapping[str, Any]) -> tuple[Mesh, Drops]:
@@ -156,12 +155,7 @@ class Player:
                 self.warnings += [text for text in about.warnings if text not in self.warnings]
         still = Drops(*frame.drops, np.zeros(len(frame.drops.radii), dtype=bool))
         drops = joined([still, self.drops.shown()])
-        pace = np.float32(playback.time_scale)
-        mesh, shown = mesh_to_drawing(mesh, playback.frame), drops_to_drawing(drops, playback.frame)
-        return (
-            replace(mesh, velocities=mesh.velocities * pace),
-            shown._replace(velocities=shown.velocities * pace),
-        )
+        return mesh_to_drawing(mesh, playback.frame), drops_to_drawing(drops, playback.frame)
 
 
 def joined(drops: Sequence[Drops]) -> Drops:
@@ -176,6 +170,11 @@ def played(folder: Path | str) -> int:
     while count < most and (folder / FILE.format(number=count)).is_file():
         count += 1
     return count
+
+
+def share_left(folder: Path | str) -> float:
+    """Return the share of the liquid that had left the domain at the last frame."""
+    return float(read_json(Path(folder) / MANIFEST).get("left", 0.0))
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from liquid_splash_addon.core.playback.flying_drops import FlyingDrops, Surround
 from liquid_splash_addon.core.playback.playback import FILE, Playback, Player, played
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.simulation.frames import write_frame, write_manifest
 from liquid_splash_addon.core.simulation.start import Frame, LooseDrops
 from liquid_splash_addon.core.sketch.local_frame import Frame as LocalFrame
@@ -20,7 +21,9 @@ from liquid_splash_addon.core.sketch.local_frame import Frame as LocalFrame
 CELL, STEP = 0.005, 1 / 480
 DROPLETS = DropletSettings(amount=0.05, flight=4 * STEP, seed=3)
 DOWN = Surroundings(np.array([0, 0, -9.81]), np.array([0, 0, 1.0]))
-TURNED = LocalFrame(np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]]), np.array([1.0, 2, 3]), 0.25)
+TURNED = LocalFrame(
+    np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]]), np.array([1.0, 2, 3]), Scale(0.25, 0.05)
+)
 
 
 def ball(radius=0.05, centre=(0.0, 0, 0), speed=(0.0, 0, 0), rings=24) -> Mesh:
@@ -57,7 +60,7 @@ def shown(folder) -> list[bytes]:
 
 
 def playback(*steps) -> Playback:
-    return Playback(TURNED, 0.05, tuple(steps), DOWN)
+    return Playback(TURNED, tuple(steps), DOWN)
 
 
 def test_a_file_is_read_by_another_library(tmp_path):
@@ -87,9 +90,10 @@ def test_frames_are_in_the_units_of_the_scene(tmp_path):
     )
     half = wanted.velocities.astype(np.float16).astype(np.float32)  # as they are stored
     np.testing.assert_allclose(
-        vertices[:, 3:6], 0.05 * TURNED.vectors_to_drawing(half), rtol=1e-5, atol=1e-7
+        vertices[:, 3:6], TURNED.vectors_to_drawing(half), rtol=1e-5, atol=1e-7
     )
     assert not vertices[:, 6].any()
+    assert np.allclose(TURNED.vectors_to_drawing(half), 0.05 / 0.25 * half @ TURNED.axes)
     np.testing.assert_allclose(values[7 * count :][:14].reshape(2, 7)[:, 6], 1e-3 / 0.25, rtol=1e-6)
 
 
