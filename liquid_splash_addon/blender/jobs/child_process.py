@@ -54,7 +54,7 @@ class ChildProcess:
             text=True,
             encoding="utf-8",
             errors="replace",
-            **priority(),
+            **priority(is_job="module" in order),
         )
         about = {"path": sys.path, "package": ADDON, "folder": addon_folder(), **order}
         assert self._process.stdin is not None and self._process.stdout is not None
@@ -112,10 +112,15 @@ def close(pipe: IO[str] | None) -> None:
         pass
 
 
-def priority() -> dict[str, int]:
-    """Return what makes a process give way to others on Windows; elsewhere it does so itself."""
+def priority(is_job: bool) -> dict[str, int]:
+    """Return what makes a process give way to others on Windows; elsewhere it does so itself.
+
+    One that does a job does not: somebody waits for it.
+    """
     if sys.platform != "win32":
         return {}
+    if is_job:
+        return {"creationflags": subprocess.CREATE_NO_WINDOW}
     return {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.BELOW_NORMAL_PRIORITY_CLASS}
 
 

@@ -23,14 +23,13 @@ def main() -> int:
     """Rehearse, or do the job; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
-    if hasattr(os, "nice"):  # on Windows the parent chose the priority
-        os.nice(NICENESS)
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
-    if "module" in order:
-        return int(
-            importlib.import_module(order["package"] + order["module"]).work(order["job"], say)
-        )
+    if "module" in order:  # somebody waits for it
+        module = importlib.import_module(order["package"] + order["module"])
+        return int(module.work(order["job"], say))
+    if hasattr(os, "nice"):  # on Windows the parent chose the priority
+        os.nice(NICENESS)
     try:
         importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
     except (Exception, MemoryError) as error:
