@@ -9,6 +9,7 @@ import numpy as np
 
 from ..fluid.particles import Particles
 from ..fluid.step import advance
+from ..fluid.transfer import sample
 from ..grid import Grid
 from ..liquid.fields import AIR
 from ..liquid.level_set import LevelSet, fill_velocity
@@ -16,7 +17,7 @@ from ..progress import Report, silent
 from .scene import Scene, prepare
 from .settings import EARTH, SimulationSettings
 from .start import MovingObstacle, Start
-from .surface import CLEARANCE, LAYERS, surface_of
+from .surface import CLEARANCE, LAYERS, current_of, surface_of
 
 MOST_MILLISECONDS = 100.0
 """Longest time that a splash is flown on."""
@@ -77,11 +78,8 @@ def level_of(particles: Particles, scene: Scene, grid: Grid) -> LevelSet:
     velocity = np.zeros((3, *grid.shape), dtype=np.float32)
     if not inside.any():
         return LevelSet(level, velocity, grid)
-    speed = scene.domain.vectors_to_local(particles.velocities.astype(np.float64))
-    kept = particles.take(inside)._replace(
-        positions=placed[inside].astype(np.float32), velocities=speed[inside].astype(np.float32)
-    )
-    found = surface_of(kept, max(grid.shape) + 2 * margin)
+    kept = particles.take(inside)._replace(positions=placed[inside].astype(np.float32))
+    found, _ = surface_of(kept, max(grid.shape) + 2 * margin)
     cells = found.cells.coordinates - margin
     here = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
     places = tuple(cells[here].T)
@@ -89,10 +87,13 @@ def level_of(particles: Particles, scene: Scene, grid: Grid) -> LevelSet:
     away = scene.world.solid_at(0.0).distance(middles)
     level[places] = np.maximum(found.level[here], (CLEARANCE - away).astype(np.float32))
     level = LevelSet(level, velocity, grid).distance
-    velocity[:, *places] = found.velocity[here].T
-    known = np.zeros(grid.shape, dtype=bool)
-    known[places] = found.velocity[here].any(axis=1)
+    current = current_of(particles, scene.world, 0.0)
     where = np.nonzero(level < AIR)
-    velocity[:, level >= AIR] = 0
-    fill_velocity(velocity, known, where, known[where], ~known[where])
+    middles = scene.domain.to_cells(grid.to_metres(np.stack(where, axis=1) + 0.5))
+    speed = sample(middles.astype(np.float32), current.cells, current.after)
+    velocity[:, *where] = scene.domain.vectors_to_local(speed.astype(np.float64)).T
+    known = speed.any(axis=1)
+    near = np.zeros(grid.shape, dtype=bool)
+    near[tuple(axis[known] for axis in where)] = True
+    fill_velocity(velocity, near, where, known, ~known)
     return LevelSet(level, velocity, grid)

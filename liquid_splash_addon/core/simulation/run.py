@@ -31,7 +31,7 @@ from .frames import (
 from .scene import Scene, prepare
 from .settings import SimulationSettings
 from .start import Frame, LooseDrops, Start
-from .surface import kept_out, mesh_of, surface_of, without_drops
+from .surface import current_of, kept_out, mesh_of, surface_of
 
 SOLVER = 1
 """Of the solver: a greater one makes other frames of the same start."""
@@ -145,8 +145,9 @@ def frame_of(liquid: Liquid, scene: Scene) -> Frame:
     left = max(liquid.left / max(liquid.emitted, 1e-9), 0.0)
     if not len(liquid.particles.positions):
         return Frame(Mesh.empty(), LooseDrops.none(), left)
-    surface, drops = without_drops(surface_of(liquid.particles, domain.cells), liquid.particles)
-    mesh = mesh_of(kept_out(surface, solid), solid)
+    surface, drops = surface_of(liquid.particles, domain.cells)
+    current = current_of(liquid.particles, scene.world, liquid.time)
+    mesh = mesh_of(kept_out(surface, solid), solid, current)
     return Frame(
         Mesh(
             domain.to_local(mesh.vertices.astype(np.float64)).astype(np.float32),

@@ -12,6 +12,8 @@ from ..composition.sparse_blocks import SIDE, Blocks
 from ..fluid.cells import Cells, activate, find, sort_by_cell
 from ..fluid.collision import Solid
 from ..fluid.particles import Particles
+from ..fluid.step import Flow, World, flow
+from ..fluid.transfer import sample
 from ..grid import Grid
 from ..liquid.fields import AIR
 from ..mesh.mesh import Mesh
@@ -41,40 +43,87 @@ class Surface(NamedTuple):
     ----------
     cells : those that hold particles, and LAYERS around them
     level : float32 ``(n,)``, cells, negative in the liquid
-    velocity : float32 ``(n, 3)``, mean of the particles in reach
     """
 
     cells: Cells
     level: np.ndarray
-    velocity: np.ndarray
 
 
-def surface_of(particles: Particles, cells_a_side: int, layers: int = LAYERS) -> Surface:
-    """Return the level of particles (Zhu and Bridson 2005) in a box of ``cells_a_side`` cells."""
-    cells = activate(particles.positions, (cells_a_side,) * 3, layers)
-    order, _ = sort_by_cell(particles.positions, cells)
-    sums = np.zeros((len(cells.coordinates), 7), dtype=np.float32)
-    _accumulate(
-        particles.positions[order], particles.velocities[order], particles.volumes[order],
-        cells.table, cells.leaves, sums,
-    )  # fmt: skip
-    known = np.maximum(sums[:, :1], 1e-12)
-    level = np.linalg.norm(sums[:, 1:4] / known, axis=1) - np.float32(RADIUS)
-    level[sums[:, 0] <= 0] = AIR
-    return Surface(cells, level.astype(np.float32), sums[:, 4:] / known)
+class Drops(NamedTuple):
+    """Pieces of liquid too small for a mesh: float32, cells and cells per second."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+
+
+def surface_of(particles: Particles, cells_a_side: int) -> tuple[Surface, Drops]:
+    """Return the level of particles in a box of ``cells_a_side`` cells, and small drops apart.
+
+    The level is zero where a point is RADIUS away from the weighted mean of the particles in reach
+    (Zhu and Bridson 2005).
+    """
+    cells = activate(particles.positions, (cells_a_side,) * 3, LAYERS)
+    order, counts = sort_by_cell(particles.positions, cells)
+    particles = particles.take(order)
+    home = np.repeat(np.arange(cells.liquid), counts)
+    piece = connected(cells)[home]
+    small = np.bincount(piece, particles.volumes)[piece] < SMALLEST_PIECE
+    sums = np.zeros((len(cells.coordinates), 4), dtype=np.float32)
+    _accumulate(particles.positions, particles.volumes, small, cells.table, cells.leaves, sums)
+    level = np.empty(len(sums), dtype=np.float32)
+    _level(sums, level)
+    # What is too thin for the grid beside other liquid: seen as drops too.
+    lost = ~small
+    lost[lost] = _unseen(particles.positions[lost], cells.table, cells.leaves, level)
+    of_seen = lost & (np.bincount(piece, ~lost)[piece] > 0)
+    piece[of_seen] = cells.liquid + home[of_seen]
+    return Surface(cells, level), gathered(particles.take(small | lost), piece[small | lost])
+
+
+def connected(cells: Cells) -> np.ndarray:
+    """Return the number of the connected piece of each cell that holds particles, ``(liquid,)``.
+
+    Cells that touch in a corner are connected.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    shape = (cells.liquid, cells.liquid)
+    ends = _touching(cells.coordinates, cells.table, cells.leaves, cells.liquid)
+    links = coo_matrix((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=shape)
+    _, piece = connected_components(links, directed=False)
+    return np.asarray(piece, dtype=np.int64)
+
+
+@njit(cache=True)
+def _touching(coordinates, table, leaves, liquid):
+    """Return the pairs of touching cells that hold particles, int32 ``(n, 2)``."""
+    pairs = np.empty((13 * liquid, 2), dtype=np.int32)
+    count = 0
+    for n in range(liquid):
+        i, j, k = coordinates[n, 0], coordinates[n, 1], coordinates[n, 2]
+        for side in range(14, 27):
+            m = find(table, leaves, i + side // 9 - 1, j + side // 3 % 3 - 1, k + side % 3 - 1)
+            if 0 <= m < liquid:
+                pairs[count, 0], pairs[count, 1] = n, m
+                count += 1
+    return pairs[:count]
 
 
 @njit(cache=True, fastmath=True)
-def _accumulate(positions, velocities, volumes, table, leaves, sums):
-    """Add each particle's weight, and that times its offset and velocity, to the cells in reach.
+def _accumulate(positions, volumes, left_out, table, leaves, sums):
+    """Add each particle's weight, and that times its offset, to the cells in reach.
 
-    positions : sorted by cell for speed; sums : float32 ``(n, 7)``
+    positions : sorted by cell for speed; sums : float32 ``(n, 4)``
     """
     stencil = np.empty((6, 6, 6), dtype=np.int32)
     li, lj, lk = -9, -9, -9
     half, one = np.float32(0.5), np.float32(1)
     scale = np.float32(1 / (REACH * REACH))
     for p in range(len(positions)):
+        if left_out[p]:
+            continue
         x, y, z = positions[p, 0] - half, positions[p, 1] - half, positions[p, 2] - half
         i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
         if i != li or j != lj or k != lk:
@@ -100,76 +149,39 @@ def _accumulate(positions, velocities, volumes, table, leaves, sums):
                         sums[n, 1] += w * dx
                         sums[n, 2] += w * dy
                         sums[n, 3] += w * dz
-                        sums[n, 4] += w * velocities[p, 0]
-                        sums[n, 5] += w * velocities[p, 1]
-                        sums[n, 6] += w * velocities[p, 2]
-
-
-def pieces_of(surface: Surface, particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Return the connected piece of each cell and of each particle; -1 for a cell of air.
-
-    A particle whose cell's centre lies outside of the surface belongs to a piece in the cells
-    around it; where there is none, it is a piece with the others of its cell.
-    """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(surface.level)
-    wet = surface.level < 0
-    above = surface.cells.neighbours[:, 1::2]
-    ends = np.stack([np.repeat(np.arange(count), 3), above.ravel()])
-    joined = wet[ends[0]] & (ends[1] >= 0) & wet[ends[1]]
-    ends = ends[:, joined]
-    links = coo_matrix((np.ones(ends.shape[1], dtype=np.int8), tuple(ends)), shape=(count, count))
-    _, piece = connected_components(links, directed=False)
-    piece[~wet] = -1
-    own = _pieces_at(particles.positions, piece, surface.cells.table, surface.cells.leaves)
-    return piece, own
 
 
 @njit(cache=True)
-def _pieces_at(positions, piece, table, leaves):
-    out = np.empty(len(positions), dtype=np.int64)
+def _level(sums, level):
+    for n in range(len(sums)):
+        level[n] = AIR
+        if sums[n, 0] > 0:
+            far = np.sqrt(sums[n, 1] ** 2 + sums[n, 2] ** 2 + sums[n, 3] ** 2) / sums[n, 0]
+            level[n] = min(far - RADIUS, AIR)
+
+
+@njit(cache=True)
+def _unseen(positions, table, leaves, level):
+    """Return which particles have no cell of liquid within a cell, bool ``(n,)``."""
+    out = np.ones(len(positions), dtype=np.bool_)
     for p in range(len(positions)):
         i, j, k = int(positions[p, 0]), int(positions[p, 1]), int(positions[p, 2])
-        home = find(table, leaves, i, j, k)
-        out[p] = piece[home]
-        if out[p] < 0:
-            for side in range(27):
-                a, b, c = side // 9 - 1, side // 3 % 3 - 1, side % 3 - 1
-                n = find(table, leaves, i + a, j + b, k + c)
-                if n >= 0:
-                    out[p] = max(out[p], piece[n])
-        if out[p] < 0:
-            out[p] = len(piece) + home
+        for side in range(27):
+            n = find(table, leaves, i + side // 9 - 1, j + side // 3 % 3 - 1, k + side % 3 - 1)
+            if n >= 0 and level[n] < 0:
+                out[p] = False
+                break
     return out
 
 
-class Drops(NamedTuple):
-    """Pieces of liquid too small for a mesh: float32, cells and cells per second."""
-
-    positions: np.ndarray
-    velocities: np.ndarray
-    radii: np.ndarray
-
-
-def without_drops(surface: Surface, particles: Particles) -> tuple[Surface, Drops]:
-    """Return the surface without its small pieces, and these: their centres and mean velocities."""
-    piece, own = pieces_of(surface, particles)
-    names, number = np.unique(own, return_inverse=True)
-    volume = np.bincount(number, particles.volumes)
-    small = volume < SMALLEST_PIECE
-    level = surface.level.copy()
-    level[np.isin(piece, names[small]) & (piece >= 0)] = AIR
-    chosen = small[number]
-    _, number = np.unique(own[chosen], return_inverse=True)
-    drops = particles.take(chosen)
-    moving = np.concatenate([drops.positions, drops.velocities], axis=1)
-    weight = np.maximum(np.bincount(number, drops.volumes), 1e-12)
-    means = np.stack([np.bincount(number, drops.volumes * c) / weight for c in moving.T], axis=1)
-    radii = np.cbrt(weight * 3 / (4 * np.pi))
-    found = Drops(*(array.astype(np.float32) for array in (means[:, :3], means[:, 3:], radii)))
-    return surface._replace(level=level), found
+def gathered(particles: Particles, piece: np.ndarray) -> Drops:
+    """Return a drop for each piece: its centre of mass, mean velocity and a ball's radius."""
+    _, number = np.unique(piece, return_inverse=True)
+    moving = np.concatenate([particles.positions, particles.velocities], axis=1)
+    weight = np.bincount(number, particles.volumes)
+    means = [np.bincount(number, particles.volumes * column) / weight for column in moving.T]
+    found = np.stack([*means, np.cbrt(weight * 3 / (4 * np.pi))], axis=1).astype(np.float32)
+    return Drops(found[:, :3], found[:, 3:6], found[:, 6])
 
 
 def kept_out(surface: Surface, solid: Solid) -> Surface:
@@ -179,8 +191,11 @@ def kept_out(surface: Surface, solid: Solid) -> Surface:
     return surface._replace(level=np.minimum(level, np.float32(AIR)))
 
 
-def mesh_of(surface: Surface, solid: Solid) -> Mesh:
-    """Return the surface's mesh, cells and cells/s; its vertices are outside of the solid."""
+def mesh_of(surface: Surface, solid: Solid, current: Flow) -> Mesh:
+    """Return the surface's mesh, cells and cells/s; its vertices are outside of the solid.
+
+    current : where velocities are taken from
+    """
     mesh = blocks_of(surface).mesh()
     if not len(mesh.faces):
         return mesh
@@ -198,11 +213,20 @@ def mesh_of(surface: Surface, solid: Solid) -> Mesh:
         )
         slope /= np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9)
         vertices[near] += (CLEARANCE - away[near])[:, None] * slope
-    return Mesh(vertices.astype(np.float32), mesh.faces, mesh.velocities)
+    points = vertices.astype(np.float32)
+    return Mesh(points, mesh.faces, sample(points, current.cells, current.after))
+
+
+def current_of(particles: Particles, world: World, time: float) -> Flow:
+    """Return the flow at one moment around all of the surface.
+
+    The particles' own velocities lack the pressure of the next step, which holds up what rests.
+    """
+    return flow(particles, world, kick=0.0, layers=LAYERS, time=time)
 
 
 def blocks_of(surface: Surface) -> Blocks:
-    """Return the surface in blocks; cells that are not active are air."""
+    """Return the surface in blocks, without velocity; cells that are not active are air."""
     coordinates = surface.cells.coordinates
     if not len(coordinates):
         nothing = np.zeros((0, SIDE, SIDE, SIDE), dtype=np.float32)
@@ -216,12 +240,10 @@ def blocks_of(surface: Surface) -> Blocks:
     flat = (place[:, 0] * counts[1] + place[:, 1]) * counts[2] + place[:, 2]
     used, block = np.unique(flat, return_inverse=True)
     level = np.full((len(used), SIDE, SIDE, SIDE), AIR, dtype=np.float32)
-    velocity = np.zeros((len(used), 3, SIDE, SIDE, SIDE), dtype=np.float32)
+    still = np.zeros((len(used), 3, SIDE, SIDE, SIDE), dtype=np.float32)
     i, j, k = ((coordinates - low) % SIDE).T
     level[block, i, j, k] = surface.level
-    for axis in range(3):
-        velocity[block, axis, i, j, k] = surface.velocity[:, axis]
     starts = np.stack(np.unravel_index(used, tuple(counts)), axis=1).astype(np.int64) * SIDE
     x, y, z = (int(n) for n in shape)
     corner = (float(low[0]), float(low[1]), float(low[2]))
-    return Blocks(level, velocity, starts, Grid((x, y, z), 1.0, corner), AIR)
+    return Blocks(level, still, starts, Grid((x, y, z), 1.0, corner), AIR)
