@@ -20,6 +20,7 @@ from ..core import compiled_code
 from .data import (
     index,
     model,
+    motion,
     obstacle_group,
     preferences,
     properties,
@@ -37,9 +38,12 @@ from .jobs import (
     work_queue,
 )
 from .scene import drop_points, model_parts, moving_obstacles
+from .scene import motion as scene_motion
 from .ui import (
     model_operators,
     model_panel,
+    motion_operators,
+    motion_panel,
     operators,
     panels,
     refinement_operators,
@@ -57,6 +61,7 @@ MODULES = (
     refinements,
     obstacle_group,
     simulation,
+    motion,
     preferences,
     work_queue,
     refine,
@@ -67,14 +72,17 @@ MODULES = (
     drop_points,
     model_parts,
     moving_obstacles,
+    scene_motion,
     operators,
     model_operators,
     sketch_presets,
     refinement_operators,
+    motion_operators,
     simulate_operators,
     panels,
     refinement_panel,
     model_panel,
+    motion_panel,
     simulate_panel,
 )
 

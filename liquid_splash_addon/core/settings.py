@@ -137,6 +137,45 @@ def check_setting(name: str, value: Any, limits: Any) -> None:
 
 
 @dataclass(frozen=True)
+class MotionSettings(Settings):
+    """How fast a splash or model moves in the scene. The liquid itself does not depend on it."""
+
+    time_scale: float = setting(
+        0.05,
+        "Time Scale",
+        "Speed of the liquid in the scene over its real speed: 0.05 is what a high-speed camera "
+        "would show, 1 is real time, in which a splash is a blur",
+        low=0.001,
+        high=10.0,
+        soft=1.0,
+    )
+    gravity: float = setting(
+        1.0,
+        "Gravity",
+        "Gravity of the ballistic preview, over the Earth's at the splash's size and speed "
+        "(0: drops fly straight on)",
+        low=-10.0,
+        high=10.0,
+    )
+    shape_frame: int = setting(
+        1,
+        "Shape Frame",
+        "Frame at which the splash has the drawn shape: before it flows together, after it apart",
+        low=-(2**20),
+        high=2**20,
+    )
+
+    @property
+    def speed_label(self) -> str:
+        """The time scale in words."""
+        if self.time_scale == 1:
+            return "Real speed"
+        if self.time_scale > 1:
+            return f"{self.time_scale:.3g} times real speed"
+        return f"1/{1 / self.time_scale:.3g} speed"
+
+
+@dataclass(frozen=True)
 class ModelSettings(Settings):
     """How the splashes of a model are joined. Mirrors and axis are the model's own."""
 

@@ -18,7 +18,7 @@ from ...core.refinement.settings import RefinementSettings, WaveSettings
 from ...core.settings import ModelSettings
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
-from ..scene import drop_points, mesh_object, model_parts
+from ..scene import drop_points, mesh_object, model_parts, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import refine, scheduler
@@ -161,6 +161,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     check_writable(model)
     mesh_object.write_mesh(model.data, made.mesh)
     drop_points.write(model, made.drops)
+    motion.apply(model)
     group = model.splash_model
     group.evaluated, group.pending = task.key, False
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"

@@ -25,7 +25,7 @@ from ..data.preferences import keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
 from ..data.version import addon_version
-from ..scene import drop_points, mesh_object
+from ..scene import drop_points, mesh_object, motion
 from ..scene.grease_pencil import read_drawings
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
@@ -235,6 +235,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
     remember(splash, sketch, request, result)
+    motion.apply(splash)
     if request.precision != result.precision:
         keep_precision(context, request.settings.device, result.precision)
     return splash
