@@ -37,7 +37,7 @@ from .jobs import (
     scheduler,
     work_queue,
 )
-from .scene import drop_points, model_parts, moving_obstacles
+from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     model_operators,
@@ -72,6 +72,7 @@ MODULES = (
     drop_points,
     model_parts,
     moving_obstacles,
+    saved_elsewhere,
     scene_motion,
     operators,
     model_operators,

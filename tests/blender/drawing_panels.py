@@ -17,9 +17,18 @@ from liquid_splash_addon.blender.ui import (
     panels,
     refinement_operators,
     refinement_panel,
+    simulate_operators,
+    simulate_panel,
 )
 
-FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion")
+FOREIGN_GROUPS = (
+    "splash",
+    "splash_stack",
+    "splash_model",
+    "splash_obstacles",
+    "splash_motion",
+    "splash_simulation",
+)
 """What only splashes, models, and drops should be given."""
 
 
@@ -50,7 +59,8 @@ def drawn(panel: Any) -> str:
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
     rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
-             refinement_operators, refinement_panel)  # fmt: skip
+             refinement_operators, refinement_panel, simulate_operators,
+             simulate_panel)  # fmt: skip
     found = {
         value
         for room in rooms

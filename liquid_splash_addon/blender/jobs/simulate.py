@@ -142,7 +142,7 @@ def read_order(context: bpy.types.Context, item: bpy.types.Object) -> Order:
 
 def time_scale_of(item: bpy.types.Object) -> float:
     """Return the slow motion of a splash or model."""
-    return 0.05
+    return float(plain(item.splash_motion.time_scale))
 
 
 def ground_height(item: bpy.types.Object) -> float:

@@ -13,7 +13,7 @@ from ..data.model import is_model
 from ..data.properties import is_splash
 from ..jobs import main_thread, simulate, work_queue
 from ..jobs.work_queue import Work
-from ..scene import frame_folder, motion_object
+from ..scene import frame_folder, motion_object, saved_elsewhere
 from ..scene.objects import Handle, SceneError
 from ..scene.targets import shown_splash
 from .queued_operator import QueuedOperator
@@ -228,11 +228,7 @@ class SPLASH_OT_simulation_keep(LiquidOperator, bpy.types.Operator):
         """Play them from where they are now."""
         item = self._item.find()
         if item is not None:
-            record = item.splash_simulation
-            record.folder = self._folder
-            motion = motion_object.own_motion(item)
-            if motion is not None:
-                motion_object.show(motion, self._folder, record.start, record.frames)
+            saved_elsewhere.set_folder(item, self._folder)
 
 
 CLASSES = (
