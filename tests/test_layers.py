@@ -19,7 +19,8 @@ ROOMS = {
     "liquid_splash_addon.core": (
         "settings grid scale progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "condition", "liquid", "generator",
-        "mesh", "obstacles", "refinement", "composition", "simulation", "playback", "pipeline",
+        "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "playback",
+        "pipeline",
         "rehearsal",
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),

@@ -15,6 +15,7 @@ Rooms, in the order in which a sketch becomes a splash; each imports only from t
     obstacles    meshes that liquid keeps out of
     refinement   droplets, ruptures, capillary waves                        (paper, 5)
     composition  several splashes as one liquid
+    animation    what solvers and exporters start from
     pipeline     all of it: ``make_splash(strokes, settings, generator)``
 
 Conventions

@@ -3,11 +3,13 @@
 
 Two things hold it up: what the add-on does in Blender's own thread, and whoever holds Python's
 lock meanwhile. Both are watched while a splash is made and refined at full resolution: first in a
-process that has imported nothing yet, then again, then while another process compiles.
+process that has imported nothing yet, then again, then while another process compiles. Imports of
+libraries are told apart from the rest.
 """
 
 from __future__ import annotations
 
+import builtins
 import json
 import subprocess
 import sys
@@ -36,23 +38,59 @@ BUSY = "import numba\nfor n in range(400):\n    numba.njit(lambda x: x * n + 1)(
 """What the other process does: it compiles."""
 
 
-class Watch:
-    """The longest that Python's lock was held, and that one of our calls took, in milliseconds."""
+class Imports:
+    """Imports in threads other than Blender's own: how long they take, and whether one runs."""
 
     def __init__(self) -> None:
-        self.lock = self.call = 0.0
+        self.seconds = 0.0
+        self.depth = 0
+        self.count = 0
+        self.original = builtins.__import__
+        builtins.__import__ = self.watched
+
+    def watched(self, *inputs: Any, **options: Any) -> Any:
+        """Import, and take the time of what is not within another import."""
+        if threading.current_thread() is threading.main_thread():
+            return self.original(*inputs, **options)
+        begin = time.perf_counter()
+        self.depth += 1
+        self.count += 1
+        try:
+            return self.original(*inputs, **options)
+        finally:
+            self.depth -= 1
+            if not self.depth:
+                self.seconds += time.perf_counter() - begin
+
+
+class Watch:
+    """The longest that Python's lock was held, and that one of our calls took, in milliseconds.
+
+    Attributes
+    ----------
+    lock, importing : by what is ours, and by imports
+    call, name : the longest call, and which it was
+    """
+
+    def __init__(self, imports: Imports) -> None:
+        self.lock = self.importing = self.call = 0.0
         self.name = ""
         self.presses = 0
+        self.imports = imports
         threading.Thread(target=self.look, daemon=True).start()
 
     def look(self) -> None:
         """Sleep for a moment, again and again: what is slept longer is waited for the lock."""
         while True:
-            begin, presses = time.perf_counter(), self.presses
+            begin, presses, imports = time.perf_counter(), self.presses, self.imports.count
+            is_importing = self.imports.depth > 0
             time.sleep(NAP)
+            taken = 1000 * (time.perf_counter() - begin - NAP)
+            if is_importing or imports != self.imports.count:
+                self.importing = max(self.importing, taken)
             # A press by a script holds the lock for Blender's undo step too; a user's does not.
-            if presses == self.presses and presses % 2 == 0:
-                self.lock = max(self.lock, 1000 * (time.perf_counter() - begin - NAP))
+            elif presses == self.presses and presses % 2 == 0:
+                self.lock = max(self.lock, taken)
 
     @contextmanager
     def pressing(self) -> Iterator[None]:
@@ -79,10 +117,10 @@ class Watch:
 
     def start_anew(self) -> None:
         """Forget what was seen."""
-        self.lock = self.call = 0.0
+        self.lock = self.importing = self.call = 0.0
 
 
-WATCH = Watch()
+WATCH = Watch(Imports())
 
 
 def watch_our_calls() -> None:
@@ -128,7 +166,10 @@ def measured() -> Iterator[Condition]:
     press("splash.generate")
     yield idle
     numbers["interface.first_splash_seconds"] = time.perf_counter() - begin
-    numbers["interface.import_stall_ms"] = WATCH.lock
+    numbers["interface.first_splash_imports_seconds"] = WATCH.imports.seconds
+    numbers["interface.first_splash_stall_ms"] = max(WATCH.lock, WATCH.call)
+    numbers["interface.import_stall_ms"] = WATCH.importing
+    print(f"first splash: lock {WATCH.lock:.1f}, {WATCH.name} {WATCH.call:.1f}", flush=True)
     yield from splash_and_refinements()  # what is imported for refinements is imported by now
     for name in ("longest_stall_ms", "longest_stall_ms_while_compiling"):
         other = subprocess.Popen([sys.executable, "-c", BUSY]) if "compiling" in name else None

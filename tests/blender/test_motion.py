@@ -70,6 +70,17 @@ def test_velocities_follow_after_edit_mode(splash):
     assert velocity(splash) == pytest.approx(2 * before, rel=1e-6)
 
 
+def test_undo_takes_the_velocities_back(splash):
+    before, name = velocity(splash), splash.name
+    bpy.ops.ed.undo_push(message="made")
+    splash.splash_motion.time_scale = 0.7
+    bpy.ops.ed.undo_push(message="faster")
+    bpy.ops.ed.undo()
+    splash = bpy.data.objects[name]
+    assert splash.splash_motion.time_scale == pytest.approx(DEFAULT)
+    assert np.array_equal(velocity(splash), before)
+
+
 def test_a_splash_from_before_keeps_real_time(splash):
     splash.splash_motion.property_unset("time_scale")
     assert splash.splash_motion.time_scale == 1.0

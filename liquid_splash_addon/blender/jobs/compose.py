@@ -85,6 +85,11 @@ class ModelTask:
 def task_of(model: bpy.types.Object) -> ModelTask:
     """Read what joining ``model`` needs. Raises SceneError if it cannot be evaluated."""
     check_writable(model)
+    return read_task(model)
+
+
+def read_task(model: bpy.types.Object) -> ModelTask:
+    """Like :func:`task_of`, also where the mesh cannot be replaced now."""
     group = model.splash_model
     if not group.parts:
         raise SceneError(f"'{model.name}' has no splashes: add one to its list")
@@ -118,10 +123,24 @@ _refined: dict[str, Part] = {}
 
 def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
-    global composer, _refined
+    return the_composer().compose(
+        refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
+        part_of(report, 0.3, 1.0),
+    )  # fmt: skip
+
+
+def the_composer() -> Composer:
+    """Return the composer, with what it keeps of the last model."""
+    global composer
     from ...core.composition.model import Composer
 
     composer = composer or Composer()
+    return composer
+
+
+def refined_parts(task: ModelTask, report: Report) -> list[Part]:
+    """Return the refined splashes of a model in its space, without bpy."""
+    global _refined
     parts, made = [], {}
     for number, part in enumerate(task.parts):
         report(f"Refining {part.label}", 0.3 * number / len(task.parts))
@@ -129,10 +148,7 @@ def compute(task: ModelTask, report: Report) -> Composed:
         frame = frame_in_model(refined.placed.frame, part.place, part.label)
         parts.append(replace(refined, placed=replace(refined.placed, frame=frame)))
     _refined = made
-    return composer.compose(
-        parts, task.settings, task.waves, task.obstacles, task.clearance,
-        part_of(report, 0.3, 1.0),
-    )  # fmt: skip
+    return parts
 
 
 def refine_part(part: PartTask) -> Part:
