@@ -31,7 +31,9 @@ class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
         group = (context.scene if item is None else item).splash_motion
         column = settings_column(layout)
         column.prop(group, "time_scale")
-        column.label(text=to_settings(group, MotionSettings).speed_label)
+        row = column.row()
+        row.alignment = "RIGHT"
+        row.label(text=to_settings(group, MotionSettings).speed_label)
         if item is not None:
             draw_preview(layout, item)
             layout.operator(operators.SPLASH_OT_two_pose_mesh.bl_idname, icon="SHAPEKEY_DATA")
