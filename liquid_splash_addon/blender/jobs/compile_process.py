@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile ahead, or do a job: run as a program by child_process, in a process without bpy.
+"""Work in a process of its own, without bpy: compiling ahead, or a job of a module of core.
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
-Blender) and ``folder`` (its place); for a job also ``module``, a module of the add-on with
-``work(job, say)``, and ``job``, the path of the job's file. Out go lines of JSON, with ``stage``
-and ``share`` or, last of all, ``failed``. The process ends when its input does, as Blender's end
-ends it.
+Blender) and ``folder`` (its place); for a job also ``module`` (in the package, ``.core. ...``),
+whose ``work(job, say)`` is called, and ``job``. Out go lines of JSON, with ``stage`` and ``share``
+or, last of all, ``failed``. The process ends when its input does, as Blender's end ends it.
 """
 
 import importlib
@@ -20,17 +19,18 @@ NICENESS = 10
 
 
 def main() -> int:
-    """Rehearse, or do the job; return the exit code."""
+    """Do what is ordered, or rehearse; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
+    # A job is waited for. On Windows the parent chose the priority.
+    if "module" not in order and hasattr(os, "nice"):
+        os.nice(NICENESS)
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
-    if "module" in order:  # somebody waits for it
-        module = importlib.import_module(order["package"] + order["module"])
-        return int(module.work(order["job"], say))
-    if hasattr(os, "nice"):  # on Windows the parent chose the priority
-        os.nice(NICENESS)
     try:
+        if "module" in order:
+            module = importlib.import_module(order["package"] + order["module"])
+            return int(module.work(order["job"], say))
         importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
     except (Exception, MemoryError) as error:
         say(failed=f"{type(error).__name__}: {error}")

@@ -14,6 +14,7 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..liquid.level_set import LevelSet, fill_velocity
 from ..progress import Report, silent
+from .domain import bounds_along
 from .scene import Scene, prepare
 from .settings import EARTH, SimulationSettings
 from .start import MovingObstacle, Start
@@ -25,8 +26,14 @@ MOST_MILLISECONDS = 100.0
 LOOK = 0.002
 """Seconds of the liquid's time between two reports."""
 
-REACH_OUTSIDE = 4
-"""Cells around the splash's grid in which particles still count for its surface."""
+KNOWN = int(AIR) + 3
+"""Layers of cells around the liquid that get a velocity: all with a level below AIR."""
+
+AROUND = 6
+"""Cells between the liquid and the end of its grid at least, where the grid can grow."""
+
+MOST_GROWTH = 128
+"""Cells by which a grid grows on each side at most; what flies farther is cut off."""
 
 
 def flow_on(
@@ -34,10 +41,10 @@ def flow_on(
 ) -> LevelSet:
     """Return the splash ``milliseconds`` (0 to MOST_MILLISECONDS) of its own time later.
 
-    The result is on the same grid as ``start.liquid``, level in cells and velocity in m/s: what
-    leaves the grid is cut off. 0 returns the liquid itself. Free drops are flown on with it and
-    are part of it afterwards. Obstacles rest in their first pose; ``start.frame_seconds`` and
-    ``ground`` are of no account.
+    Level in cells and velocity in m/s, on the grid of ``start.liquid``, which is larger by whole
+    cells where the liquid has flown beyond it. 0 returns the liquid itself. Free drops are flown
+    on with it and are part of it afterwards. Obstacles rest in their first pose;
+    ``start.frame_seconds`` and ``ground`` are of no account.
 
     gravity : m/s^2, against ``start.up``; 0 for none. report : called with the share done; may
     raise Cancelled. Raises ValueError, with a sentence for the user, where there is no liquid.
@@ -49,14 +56,38 @@ def flow_on(
     if milliseconds == 0:
         return start.liquid
     report("Flowing on", 0.0)
-    settings = SimulationSettings(gravity_strength=gravity)
+    settings = SimulationSettings(
+        gravity_strength=gravity, margin=margin_for(start, milliseconds / 1000, gravity)
+    )
     scene = prepare(at_rest(start), settings, start.liquid.grid.spacing)
     liquid, seconds = scene.liquid, milliseconds / 1000
     looks = max(int(np.ceil(seconds / LOOK)), 1)
     for look in range(1, looks + 1):
         liquid = advance(liquid, scene.world, seconds * look / looks)
         report("Flowing on", 0.95 * look / looks)
-    return level_of(liquid.particles, scene, start.liquid.grid)
+    grid = grown(start.liquid.grid, liquid.particles, scene)
+    return level_of(liquid.particles, scene, grid)
+
+
+def grown(grid: Grid, particles: Particles, scene: Scene) -> Grid:
+    """Return a grid in local space, larger by whole cells where particles need it."""
+    places = grid.to_cells(scene.domain.to_local(particles.positions.astype(np.float64)))
+    if not len(places):
+        return grid
+    low = np.minimum(np.floor(places.min(axis=0)) - AROUND, 0)
+    high = np.maximum(np.ceil(places.max(axis=0)) + AROUND, grid.shape)
+    low = np.maximum(low, -MOST_GROWTH).astype(int)
+    high = np.minimum(high, np.add(grid.shape, MOST_GROWTH)).astype(int)
+    x, y, z = (int(n) for n in high - low)
+    return grid.crop((int(low[0]), int(low[1]), int(low[2])), (x, y, z))
+
+
+def margin_for(start: Start, seconds: float, gravity: float) -> float:
+    """Return a margin (see the settings) from which hardly any liquid gets out in that time."""
+    speed = float(np.sqrt((start.liquid.velocity**2).sum(axis=0).max()))
+    low, high = bounds_along(np.eye(3), start)
+    way = 1.5 * (speed * seconds + gravity * seconds**2 / 2)
+    return float(np.clip(way / (high - low).max(), 0.1, 4.0))
 
 
 def at_rest(start: Start) -> Start:
@@ -70,7 +101,7 @@ def level_of(particles: Particles, scene: Scene, grid: Grid) -> LevelSet:
 
     The grid's cells are as large as the scene's.
     """
-    margin = REACH_OUTSIDE + LAYERS + 1
+    margin = AROUND + LAYERS + 1
     local = scene.domain.to_local(particles.positions.astype(np.float64))
     placed = grid.to_cells(local) + margin
     inside = ((placed > LAYERS + 1) & (placed < np.add(grid.shape, 2 * margin - LAYERS - 1))).all(1)
@@ -87,7 +118,7 @@ def level_of(particles: Particles, scene: Scene, grid: Grid) -> LevelSet:
     away = scene.world.solid_at(0.0).distance(middles)
     level[places] = np.maximum(found.level[here], (CLEARANCE - away).astype(np.float32))
     level = LevelSet(level, velocity, grid).distance
-    current = current_of(particles, scene.world, 0.0)
+    current = current_of(particles, scene.world, 0.0, KNOWN)
     where = np.nonzero(level < AIR)
     middles = scene.domain.to_cells(grid.to_metres(np.stack(where, axis=1) + 0.5))
     speed = sample(middles.astype(np.float32), current.cells, current.after)

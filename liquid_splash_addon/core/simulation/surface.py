@@ -21,10 +21,10 @@ from ..mesh.mesh import Mesh
 REACH = 2.5
 """Reach of a particle's weight, cells."""
 
-RADIUS = 0.6
+RADIUS = 0.65
 """Distance in cells of the surface from the weighted mean of the particles near it. Thick liquid
-then ends half a spacing outside of its outermost layer of particles, where it truly ends, and a
-sheet of one layer is 1.5 cells thick, so that a grid can hold it."""
+then ends where it truly ends (0.05 cells farther out), and a sheet of one layer is 1.3 cells thick,
+so that a grid can hold it."""
 
 LAYERS = 3
 """Layers of cells around the particles that get a level."""
@@ -217,12 +217,12 @@ def mesh_of(surface: Surface, solid: Solid, current: Flow) -> Mesh:
     return Mesh(points, mesh.faces, sample(points, current.cells, current.after))
 
 
-def current_of(particles: Particles, world: World, time: float) -> Flow:
-    """Return the flow at one moment around all of the surface.
+def current_of(particles: Particles, world: World, time: float, layers: int = LAYERS) -> Flow:
+    """Return the flow at one moment, in the liquid and ``layers`` cells beyond.
 
     The particles' own velocities lack the pressure of the next step, which holds up what rests.
     """
-    return flow(particles, world, kick=0.0, layers=LAYERS, time=time)
+    return flow(particles, world, kick=0.0, layers=layers, time=time)
 
 
 def blocks_of(surface: Surface) -> Blocks:

@@ -52,6 +52,17 @@ def test_drops_and_obstacles_are_part_of_it():
     assert inside[table, 2].min() > -0.06 and np.ptp(inside[table, 0]) > 0.12
 
 
+def test_the_grid_grows_with_what_flies_beyond_it():
+    begun = starts.start(starts.ball(0.05, (0.1, 0, 0), speed=(3.0, 0, 0)))
+    later = flow_on(begun, 50.0)
+    assert later.grid.shape[0] > begun.liquid.grid.shape[0]
+    assert later.grid.shape[1] == begun.liquid.grid.shape[1]
+    assert middle(later)[0] == pytest.approx(0.25, abs=0.002)
+    assert later.volume == pytest.approx(begun.liquid.volume, rel=0.1)
+    off = np.subtract(later.grid.origin, begun.liquid.grid.origin) / later.grid.spacing
+    assert off == pytest.approx(np.round(off), abs=1e-9)
+
+
 def test_it_is_stopped_and_refused():
     def stop(stage, share):
         if share > 0.3:

@@ -110,7 +110,7 @@ def test_a_still_pool_stays_still_and_keeps_its_volume():
 def test_drops_keep_their_place_speed_and_size():
     places = np.array([[0.1, 0, 0], [-0.1, 0, 0.05]], dtype=np.float32)
     drops = LooseDrops(
-        places, np.array([[0, 0, 1], [0, 1, 0]], np.float32), np.array([0.002, 0.005], np.float32)
+        places, np.array([[0, 0, 1], [0, 1, 0]], np.float32), np.array([0.002, 0.004], np.float32)
     )
     begun = starts.start(starts.ball(0.03), drops=drops)
     scene = prepare(begun, COARSE)
