@@ -16,10 +16,13 @@ from liquid_splash_addon.blender.scene import frame_folder, motion_object
 from liquid_splash_addon.blender.ui import simulate_operators, simulate_panel
 from liquid_splash_addon.core.playback.playback import FILE, played
 from liquid_splash_addon.core.progress import Cancelled
+from tests.blender import reading
 from tests.blender.drawing_panels import drawn
+from tests.blender.exporting import EXPORTERS, export
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import TubeGenerator, add_sketch, evaluated_mesh, fan, generate
 from tests.blender.test_copies import duplicate
+from tests.blender.test_exporters import y_up
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES, START = 3, 5
@@ -330,3 +333,23 @@ def test_obstacles_are_read_at_every_frame_in_pieces(fresh, monkeypatch):
     assert poses[0].mean(axis=0)[0] == pytest.approx(5) and poses[-1].mean(axis=0)[0] > 7.9
     assert len(bpy.data.scenes) == scenes and bpy.context.scene.frame_current == 1
     assert threading.current_thread() is threading.main_thread()
+
+
+@pytest.mark.skipif(EXPORTERS["Alembic"].operator is None, reason="this Blender has no Alembic")
+def test_alembic_holds_every_frame_with_its_velocities(splash, tmp_path):
+    """Read by its own project's library: other topology in each frame."""
+    stored = [read(data) for data in files(splash)]
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end = START, START + FRAMES
+    bpy.ops.wm.save_mainfile()
+    path = export("Alembic", Path(bpy.data.filepath), tmp_path)
+    found = {
+        key.rpartition(":")[2]: values
+        for key, values in reading.archive(path).items()
+        if "Splash_Motion/" in key
+    }
+    for number, wanted in enumerate(stored):
+        mark = f"@{number}" if number else ""
+        np.testing.assert_array_equal(found[f"position{mark}"], y_up(wanted[:, :3]))
+        np.testing.assert_array_equal(found[f"velocity{mark}"], y_up(wanted[:, 3:6]))
+        assert len(found[f"corners{mark}"])
