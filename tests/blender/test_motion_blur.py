@@ -164,21 +164,21 @@ def test_simulated_frames_smear_by_their_velocity(splash, tmp_path):
     """Other vertices in every frame, which moves as far as its velocity says."""
     mesh, drops = jet(), None
     for number in range(12):
-        moved = mesh(number, x=0.2 * number - 1.0)
+        moved = mesh(number, x=0.8 * number - 4.0)
         name = FILE.format(number=number)
         (tmp_path / name).write_bytes(ply_bytes(moved, drops))
     splash.hide_render = True
     motion = motion_object.new_object(splash)
-    motion_object.show(motion, str(tmp_path), 5, 12)
+    motion_object.show(motion, str(tmp_path), 5, 12)  # frame 10 shows number 5, in the middle
     bpy.context.scene.frame_set(10)
     still = spread(tmp_path, 0.0)
     for shutter in (0.5, 1.0):
-        expected = 0.2 * shutter
+        expected = 0.8 * shutter
         assert streak(tmp_path, shutter, still) == pytest.approx(expected, rel=2 * TOLERANCE)
 
 
 def jet():
-    """Return a function that makes a square of ``8 + number`` vertices a side, 5 units a second."""
+    """Return a function that makes a square of ``8 + number`` vertices a side, 20 units a second."""
 
     def mesh(number: int, x: float) -> Mesh:
         side = 8 + number
@@ -190,7 +190,7 @@ def jet():
             np.stack([first, first + side, first + 1], axis=1),
             np.stack([first + 1, first + side, first + side + 1], axis=1),
         ])  # fmt: skip
-        velocity = np.tile(np.float32([0.2 * FPS, 0, 0]), (side**2, 1))
+        velocity = np.tile(np.float32([0.8 * FPS, 0, 0]), (side**2, 1))
         return Mesh(points, faces.astype(np.int32), velocity)
 
     return mesh

@@ -4,8 +4,10 @@
 from pathlib import Path
 
 from tests.blender.test_window import pytestmark as needs_window
-from tests.blender.test_window import run_in_a_window
-from tests.blender.test_window import screen  # noqa: F401 (a fixture)
+from tests.blender.test_window import (
+    run_in_a_window,
+    screen,  # noqa: F401 (a fixture)
+)
 
 pytestmark = needs_window
 SCRIPT = Path(__file__).with_name("simulate_window.py")

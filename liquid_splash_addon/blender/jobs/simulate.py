@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +64,6 @@ class Order:
     start : what its liquid is made from
     first : frame of the scene that shows it as it is
     frame_seconds : seconds of the scene from frame to frame
-    time_scale : slow motion, see core's Scale
     height : of the ground in the world
     waves : of a model; those of a splash are in its list
     made_of : digest of all that, for the panel
@@ -78,7 +77,6 @@ class Order:
     playback: PlaybackSettings
     first: int
     frame_seconds: float
-    time_scale: float
     height: float
     waves: tuple[RefinementSettings, ...]
     obstacles: tuple[Handle, ...]
@@ -128,7 +126,6 @@ def read_order(context: bpy.types.Context, item: bpy.types.Object) -> Order:
         to_settings(record.playback, PlaybackSettings),
         record.start,
         scene.render.fps_base / scene.render.fps,
-        time_scale_of(item),
         ground_height(item),
         waves_of_model(item),
         tuple(map(Handle.of, found)),
@@ -138,11 +135,6 @@ def read_order(context: bpy.types.Context, item: bpy.types.Object) -> Order:
         frame_folder.absolute(item, folder),
         before if is_moved and before is not None and before.is_dir() else None,
     )
-
-
-def time_scale_of(item: bpy.types.Object) -> float:
-    """Return the slow motion of a splash or model."""
-    return float(plain(item.splash_motion.time_scale))
 
 
 def ground_height(item: bpy.types.Object) -> float:
@@ -171,7 +163,7 @@ def made_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     liquid = item.splash_model if is_model(item) else item.splash_stack
     settings = to_settings(record.settings, SimulationSettings)
     playback = to_settings(record.playback, PlaybackSettings)
-    pace = scene.render.fps / scene.render.fps_base, time_scale_of(item)
+    pace = scene.render.fps / scene.render.fps_base, plain(item.splash_motion.time_scale)
     return f"{liquid.evaluated} {settings!r} {playback!r} {record.start} {pace} " + (
         f"{ground_height(item):.6g}" if settings.ground != "NONE" else ""
     )
@@ -258,7 +250,7 @@ def start_of(order: Order, made: SolverStart, moving: Sequence[Moving]) -> Start
         if one.faces is not None and len(one.faces)
     )
     drops = LooseDrops(made.drops.positions, made.drops.velocities, made.drops.radii)
-    seconds = world.scale.slowed(order.time_scale).durations_to_local(order.frame_seconds)
+    seconds = world.scale.durations_to_local(order.frame_seconds)
     return Start(
         made.liquid, seconds, up, float(on_ground @ up),
         drops, tuple(obstacles),
@@ -282,8 +274,7 @@ def playback_of(order: Order, made: SolverStart) -> Playback:
     has_ground = order.settings.ground != "NONE"
     height = float(made.world.points_to_local(np.array([0.0, 0.0, order.height])) @ up)
     around = Surroundings(-order.settings.pull * up, up, height if has_ground else -np.inf)
-    frame = replace(made.frame, scale=made.frame.scale.slowed(order.time_scale))
-    return Playback(frame, tuple(steps), around)
+    return Playback(made.frame, tuple(steps), around)
 
 
 def check_room(order: Order, start: Start) -> None:
