@@ -4,6 +4,7 @@
 With a folder as argument it saves a picture of the window at each stage.
 """
 
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -15,7 +16,12 @@ import bpy
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import loaded_generator, work_queue
-from liquid_splash_addon.blender.ui.simulate_panel import SPLASH_PT_simulation
+from liquid_splash_addon.blender.ui import panels
+from liquid_splash_addon.blender.ui.refinement_panel import SPLASH_PT_refinements
+from liquid_splash_addon.blender.ui.simulate_panel import (
+    SPLASH_PT_simulation,
+    SPLASH_PT_simulation_more,
+)
 from tests.blender.window_script import GENERATOR, Condition, draw, idle, key, press, run, splashes
 
 PICTURES = sys.argv[-1] if sys.argv[-1] != "--" else ""
@@ -37,10 +43,13 @@ def show_tab() -> bool:
     return True
 
 
-def picture(name: str) -> None:
+def picture(name: str) -> Iterator[Condition]:
     """Save what the window shows, if that is wanted."""
     if PICTURES:
-        bpy.ops.screen.screenshot(filepath=str(Path(PICTURES) / f"{name}.png"))
+        for _ in range(4):  # until it is drawn
+            yield lambda: True
+        # Not Blender's own screenshot, which is black where a processor draws (Mesa).
+        subprocess.run(["import", "-window", "root", f"{PICTURES}/{name}.png"], check=True)
 
 
 def still_running() -> bool:
@@ -58,9 +67,7 @@ def simulating(folder: Path) -> Iterator[Condition]:
     record = splash.splash_simulation
     record.settings.frames, record.settings.resolution = 40, "96"
     yield show_tab
-    for panel in ("SPLASH_PT_settings", "SPLASH_PT_refinements", "SPLASH_PT_info"):
-        getattr(bpy.types, panel).bl_options = {"DEFAULT_CLOSED"}
-    picture("before")
+    yield from picture("before")
     assert press("splash.simulate") == {"RUNNING_MODAL"}
     assert still_running()
     # Meanwhile: other work, and another simulation is refused.
@@ -69,7 +76,7 @@ def simulating(folder: Path) -> Iterator[Condition]:
     yield idle
     assert still_running(), "nothing waited for it"
     yield lambda: record.motion is not None
-    picture("running")
+    yield from picture("running")
     bpy.context.scene.frame_set(2)
     key("ESC")
     yield lambda: not still_running()
@@ -77,13 +84,13 @@ def simulating(folder: Path) -> Iterator[Condition]:
     done = record.frames
     assert SPLASH_PT_simulation.poll(bpy.context)
     bpy.context.scene.frame_set(done)
-    picture("stopped")
+    yield from picture("stopped")
     record.settings.frames = done + 1
     assert press("splash.simulate") == {"RUNNING_MODAL"}
     yield lambda: not still_running()
     assert record.frames == done + 2 == record.wanted and not record.warnings, record.warnings
     bpy.context.scene.frame_set(done + 2)
-    picture("done")
+    yield from picture("done")
     press("ed.undo")
     record = splashes()[0].splash_simulation
     assert record.frames == done, "one undo step"
@@ -102,6 +109,10 @@ def simulating(folder: Path) -> Iterator[Condition]:
 
 
 if __name__ == "__main__":
+    if PICTURES:  # of this panel alone
+        for panel in (panels.SPLASH_PT_settings, panels.SPLASH_PT_info, SPLASH_PT_refinements):
+            panel.bl_options = {"DEFAULT_CLOSED"}
+        SPLASH_PT_simulation.bl_options = SPLASH_PT_simulation_more.bl_options = set()
     liquid_splash_addon.register()
     loaded_generator.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False

@@ -178,7 +178,7 @@ def test_simulated_frames_smear_by_their_velocity(splash, tmp_path):
 
 
 def jet():
-    """Return a function that makes a square of ``8 + number`` vertices a side, 20 units a second."""
+    """Return what makes a square of ``8 + number`` vertices a side, 20 units a second fast."""
 
     def mesh(number: int, x: float) -> Mesh:
         side = 8 + number
