@@ -63,7 +63,8 @@ def walk(item: Any, names: list[str]) -> Named:
         ):
             for sample in range(found.getNumSamples() if found.valid() else 0):
                 kind = np.int64 if name == "corners" else np.float32
-                at = found.getValue(ISampleSelector(sample))
+                time = found.getTimeSampling().getSampleTime(sample)
+                at = found.getValue(ISampleSelector(time))
                 values = [value if kind is np.int64 else tuple(value) for value in at]
                 label = f"{name}@{sample}" if sample else name
                 yield f"{item.getFullName()}:{label}", np.array(values, dtype=kind)

@@ -168,8 +168,8 @@ def test_simulated_frames_smear_by_their_velocity(splash, tmp_path):
         name = FILE.format(number=number)
         (tmp_path / name).write_bytes(ply_bytes(moved, drops))
     splash.hide_render = True
-    motion = motion_object.new_object(splash)
-    motion_object.show(motion, str(tmp_path), 5, 12)  # frame 10 shows number 5, in the middle
+    motion_object.ensure(splash)
+    motion_object.show(splash, str(tmp_path), 5, 12)  # frame 10 shows number 5, in the middle
     bpy.context.scene.frame_set(10)
     still = spread(tmp_path, 0.0)
     for shutter in (0.5, 1.0):

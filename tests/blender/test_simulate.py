@@ -14,7 +14,10 @@ import pytest
 from liquid_splash_addon.blender.jobs import estimates, loaded_generator, memory, simulate
 from liquid_splash_addon.blender.scene import frame_folder, motion_object
 from liquid_splash_addon.blender.ui import simulate_operators, simulate_panel
+from liquid_splash_addon.core.composition.drops import Drops
+from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.playback.playback import FILE, played
+from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.progress import Cancelled
 from tests.blender import reading
 from tests.blender.drawing_panels import drawn
@@ -22,6 +25,7 @@ from tests.blender.exporting import EXPORTERS, export
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import TubeGenerator, add_sketch, evaluated_mesh, fan, generate
 from tests.blender.test_copies import duplicate
+from tests.blender.test_drop_points import cloud
 from tests.blender.test_exporters import y_up
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -114,8 +118,30 @@ def test_frames_play_on_the_timeline(splash):
     for frame in range(START - 2, START + FRAMES + 3):
         found = shown(motion, frame)
         wanted = stored[min(max(frame - START, 0), FRAMES)]
-        np.testing.assert_array_equal(found["position"], wanted[:, :3])
-        np.testing.assert_array_equal(found["velocity"], wanted[:, 3:6])
+        is_drop = wanted[:, 6] > 0
+        np.testing.assert_array_equal(found["position"], wanted[~is_drop, :3])
+        np.testing.assert_array_equal(found["velocity"], wanted[~is_drop, 3:6])
+        found = shown(splash.splash_simulation.drops, frame)
+        np.testing.assert_array_equal(found["position"], wanted[is_drop, :3])
+
+
+def test_drops_are_points_beside_the_liquid(splash):
+    """Exporters would write the liquid twice if it had points beside it."""
+    record, folder = splash.splash_simulation, frame_folder.folder_of(splash)
+    corner = np.eye(3, dtype=np.float32)
+    liquid = Mesh(corner, np.array([[0, 1, 2]], dtype=np.int32), 2 * corner)
+    drops = Drops(corner + 3, 4 * corner, np.float32([0.1, 0.2, 0.3]), np.array([0, 0, 1], bool))
+    (folder / FILE.format(number=1)).write_bytes(ply_bytes(liquid, drops))
+    found = shown(record.motion, START + 1)
+    np.testing.assert_array_equal(found["position"], corner)
+    points, radii, velocities = cloud(record.drops)
+    np.testing.assert_array_equal(points, corner[:2] + 3)
+    np.testing.assert_array_equal(radii, drops.radii[:2])
+    np.testing.assert_array_equal(velocities, 4 * corner[:2])
+    assert len(cloud(record.motion)[0]) == 0
+    found = shown(record.drops, START + 1)
+    np.testing.assert_array_equal(found["radius"], drops.radii[:2])
+    np.testing.assert_array_equal(found["velocity"], 4 * corner[:2])
 
 
 def test_velocities_are_in_units_per_second_of_the_scene(splash):
@@ -184,7 +210,7 @@ def test_a_copy_gets_a_folder_when_it_is_simulated(splash):
     assert motion not in (None, splash.splash_simulation.motion)
     assert copy.splash_simulation.folder != splash.splash_simulation.folder
     assert files(splash) == before and len(files(copy)) == 2
-    assert motion_object.own_motion(splash) == splash.splash_simulation.motion
+    assert motion_object.players_of(splash)[0] == splash.splash_simulation.motion
 
 
 def test_what_was_stopped_goes_on(fresh):
@@ -346,10 +372,11 @@ def test_alembic_holds_every_frame_with_its_velocities(splash, tmp_path):
     found = {
         key.rpartition(":")[2]: values
         for key, values in reading.archive(path).items()
-        if "Splash_Motion/" in key
+        if "/Splash_Motion/" in key
     }
     for number, wanted in enumerate(stored):
         mark = f"@{number}" if number else ""
-        np.testing.assert_array_equal(found[f"position{mark}"], y_up(wanted[:, :3]))
-        np.testing.assert_array_equal(found[f"velocity{mark}"], y_up(wanted[:, 3:6]))
+        liquid = wanted[wanted[:, 6] == 0]
+        np.testing.assert_array_equal(found[f"position{mark}"], y_up(liquid[:, :3]))
+        np.testing.assert_array_equal(found[f"velocity{mark}"], y_up(liquid[:, 3:6]))
         assert len(found[f"corners{mark}"])

@@ -46,6 +46,7 @@ class SplashSimulationGroup(bpy.types.PropertyGroup):
     wanted: IntProperty(description="Frames that were to be simulated, the first included")
     made_of: StringProperty(description="Digest of what the frames were made of")
     motion: PointerProperty(type=bpy.types.Object, description="The object that plays the frames")
+    drops: PointerProperty(type=bpy.types.Object, description="The object that plays their drops")
     summary: StringProperty(description="What the last run made")
     warnings: StringProperty(description="Warnings of the last run, one per line")
 

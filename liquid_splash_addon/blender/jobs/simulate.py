@@ -350,13 +350,8 @@ def show(run: Run) -> None:
     order, item = run.order, run.order.item.find()
     if item is None or not item.is_editable or not run.played:
         return
-    record = item.splash_simulation
-    motion = motion_object.own_motion(item)
-    if motion is None:
-        motion = record.motion = motion_object.new_object(item)
-    if motion_object.modifier_of(motion) is None:
-        motion_object.add_modifier(motion, item)
-    motion_object.show(motion, order.folder, order.first, run.played)
+    motion_object.ensure(item)
+    motion_object.show(item, order.folder, order.first, run.played)
 
 
 def write(run: Run) -> None:

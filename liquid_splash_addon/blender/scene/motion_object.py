@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The object that plays simulated frames: a node group that imports one file a frame.
+"""The objects that play simulated frames: a node group that imports one file a frame.
 
 Blender's own nodes do it all, so that a file plays and renders where this add-on is not installed,
 and in a Blender that was built without Alembic. What is imported stays in Blender's memory cache:
@@ -20,46 +20,68 @@ from .ballistics import Nodes
 from .material import water_material
 
 NAME = "Splash Motion"
+DROPS_NAME = "Splash Motion Drops"
 
 MARK = "splash_motion"
 """Custom property by which the node group is found, whatever it is called: its version."""
 
 VERSION = 1
 
-FOLDER, START, FRAMES, MATERIAL = "Folder", "Start", "Frames", "Material"
+FOLDER, START, FRAMES, DROPS, MATERIAL = "Folder", "Start", "Frames", "Drops", "Material"
 """Inputs: folder of the frames, where // is the folder of the file; frame of the scene that shows
-the first one; how many there are (before and after them the liquid stands); of liquid and drops."""
+the first one; how many there are (before and after them the liquid stands); whether to show drops
+alone, or all else; of liquid or drops."""
 
 INPUTS = {
     FOLDER: "NodeSocketString",
     START: "NodeSocketInt",
     FRAMES: "NodeSocketInt",
+    DROPS: "NodeSocketBool",
     MATERIAL: "NodeSocketMaterial",
 }
 
 
-def own_motion(splash: bpy.types.Object) -> bpy.types.Object | None:
-    """Return the object that plays the frames of ``splash``; None if there is none.
+def players_of(splash: bpy.types.Object) -> list[bpy.types.Object]:
+    """List the objects that play the frames of ``splash``: the liquid, its drops, if they exist.
 
-    A copy of a splash refers to that of the original, which is not its own.
+    A copy of a splash refers to those of the original, which are not its own.
     """
-    item = splash.splash_simulation.motion
+    record = splash.splash_simulation
+    return [item for item in (record.motion, record.drops) if is_own(item, splash)]
+
+
+def is_own(item: bpy.types.Object | None, splash: bpy.types.Object) -> bool:
+    """Whether an object is there, can be changed, and plays the frames of ``splash`` alone."""
     if item is None or not item.users_scene or item.type != "MESH" or not item.is_editable:
-        return None
-    return item if item.splash.owner == splash else None
+        return False
+    return bool(item.splash.owner == splash)
 
 
-def new_object(splash: bpy.types.Object) -> bpy.types.Object:
-    """Return a new object that plays frames in the space of ``splash``, as yet none."""
-    item = bpy.data.objects.new(NAME, bpy.data.meshes.new(NAME))
+def ensure(splash: bpy.types.Object) -> None:
+    """Give ``splash`` what plays its frames.
+
+    Drops have an object of their own: exporters write what has points beside its mesh twice.
+    """
+    record = splash.splash_simulation
+    if not is_own(record.motion, splash):
+        record.motion = new_object(splash, NAME)
+    if not is_own(record.drops, splash):
+        record.drops = new_object(splash, DROPS_NAME)
+    for item, is_drops in ((record.motion, False), (record.drops, True)):
+        if modifier_of(item) is None:
+            add_modifier(item, splash, is_drops)
+
+
+def new_object(splash: bpy.types.Object, name: str) -> bpy.types.Object:
+    """Return a new object in the space of ``splash``."""
+    item = bpy.data.objects.new(name, bpy.data.meshes.new(name))
     for collection in splash.users_collection:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
-    add_modifier(item, splash)
     return item
 
 
-def add_modifier(item: bpy.types.Object, splash: bpy.types.Object) -> None:
+def add_modifier(item: bpy.types.Object, splash: bpy.types.Object, is_drops: bool) -> None:
     """Give an object what makes it play frames, before all other modifiers."""
     modifier = item.modifiers.new(NAME, "NODES")
     modifier.node_group = node_group()
@@ -67,16 +89,25 @@ def add_modifier(item: bpy.types.Object, splash: bpy.types.Object) -> None:
     slots = splash.material_slots
     material = slots[0].material if slots and slots[0].material else water_material()
     node_groups.set_input(modifier, MATERIAL, material)
+    node_groups.set_input(modifier, DROPS, is_drops)
 
 
-def show(item: bpy.types.Object, folder: str, start: int, frames: int) -> None:
-    """Have an object play frames; it must have the modifier.
+def show(splash: bpy.types.Object, folder: str, start: int, frames: int) -> None:
+    """Have the frames of ``splash`` played.
 
     folder : as it is stored; start : frame of the scene that shows the first; frames : how many.
     """
-    modifier = modifier_of(item)
-    for name, value in ((FOLDER, folder), (START, start), (FRAMES, frames)):
-        node_groups.set_input(modifier, name, value)
+    for item in players_of(splash):
+        modifier = modifier_of(item)
+        if modifier is not None:
+            for name, value in ((FOLDER, folder), (START, start), (FRAMES, frames)):
+                node_groups.set_input(modifier, name, value)
+
+
+def remove(splash: bpy.types.Object) -> None:
+    """Delete what plays the frames of ``splash``."""
+    for item in players_of(splash):
+        bpy.data.meshes.remove(item.data)
 
 
 def modifier_of(item: bpy.types.Object) -> Any:
@@ -104,8 +135,7 @@ def fill(group: bpy.types.NodeTree) -> None:
     begin = group.nodes.new("NodeGroupInput").outputs
     geometry = nodes.add("GeometryNodeImportPLY", path(nodes, begin))
     geometry = with_velocity(nodes, geometry)
-    geometry = nodes.add("GeometryNodeSetShadeSmooth", geometry)
-    geometry = with_drops(nodes, geometry)
+    geometry = chosen(nodes, geometry, begin[DROPS])
     geometry = nodes.add("GeometryNodeSetMaterial", geometry, None, begin[MATERIAL])
     group.links.new(geometry, group.nodes.new("NodeGroupOutput").inputs["Geometry"])
 
@@ -142,20 +172,22 @@ def with_velocity(nodes: Nodes, geometry: Any) -> Any:
     return geometry
 
 
-def with_drops(nodes: Nodes, geometry: Any) -> Any:
-    """Return a geometry with a point for every vertex that has a radius, beside the vertex.
+def chosen(nodes: Nodes, geometry: Any, drops: Any) -> Any:
+    """Return the vertices that have a radius, each with a point beside it, or all else.
 
     Renders show the points alone, exporters write the vertices alone.
     """
     radius = attribute(nodes, RADIUS)
-    points = nodes.add("GeometryNodeMeshToPoints").node
     is_drop = nodes.math("GREATER_THAN", radius, 0.0)
-    for name, source in (("Mesh", geometry), ("Selection", is_drop), ("Radius", radius)):
+    parts = nodes.add("GeometryNodeSeparateGeometry", geometry, is_drop).node.outputs
+    points = nodes.add("GeometryNodeMeshToPoints").node
+    for name, source in (("Mesh", parts["Selection"]), ("Radius", radius)):
         nodes.feed(points.inputs[name], source)
     join = nodes.group.nodes.new("GeometryNodeJoinGeometry")
-    for source in (points.outputs[0], geometry):
+    for source in (points.outputs[0], parts["Selection"]):
         nodes.feed(join.inputs[0], source)
-    return join.outputs[0]
+    liquid = nodes.add("GeometryNodeSetShadeSmooth", parts["Inverted"])
+    return nodes.add("GeometryNodeSwitch", drops, liquid, join.outputs[0], input_type="GEOMETRY")
 
 
 def whole(nodes: Nodes, operation: str, *sources: Any) -> Any:

@@ -23,9 +23,7 @@ def set_folder(item: bpy.types.Object, folder: str) -> None:
     """Have a splash or model, and what plays its frames, find them in ``folder``."""
     record = item.splash_simulation
     record.folder = folder
-    motion = motion_object.own_motion(item)
-    if motion is not None and motion_object.modifier_of(motion) is not None:
-        motion_object.show(motion, folder, record.start, record.frames)
+    motion_object.show(item, folder, record.start, record.frames)
 
 
 @bpy.app.handlers.persistent

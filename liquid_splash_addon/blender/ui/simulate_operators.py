@@ -183,9 +183,7 @@ class SPLASH_OT_simulation_delete(bpy.types.Operator):
         except OSError as error:
             self.report({"ERROR"}, f"The frames in {folder} cannot be deleted ({error.strerror})")
             return {"CANCELLED"}
-        motion = motion_object.own_motion(item)
-        if motion is not None:
-            bpy.data.meshes.remove(motion.data)
+        motion_object.remove(item)
         record.folder, record.frames, record.wanted, record.made_of = "", 0, 0, ""
         record.summary = record.warnings = ""
         return {"FINISHED"}
