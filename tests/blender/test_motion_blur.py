@@ -14,7 +14,7 @@ import pytest
 from liquid_splash_addon.blender.scene import drop_points, motion_object
 from liquid_splash_addon.blender.scene.material import water_material
 from liquid_splash_addon.core.mesh.mesh import Mesh
-from liquid_splash_addon.core.playback.playback import FILE
+from liquid_splash_addon.core.playback.files import FILE
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from tests.blender.sketching import add_sketch, generate, line, vertices
 

@@ -16,7 +16,8 @@ from liquid_splash_addon.blender.scene import frame_folder, motion_object
 from liquid_splash_addon.blender.ui import simulate_operators, simulate_panel
 from liquid_splash_addon.core.composition.drops import Drops
 from liquid_splash_addon.core.mesh.mesh import Mesh
-from liquid_splash_addon.core.playback.playback import FILE, played
+from liquid_splash_addon.core.playback.files import FILE
+from liquid_splash_addon.core.playback.playback import played
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.progress import Cancelled
 from tests.blender import reading

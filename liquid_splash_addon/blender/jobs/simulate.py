@@ -44,7 +44,7 @@ SIMULATION_JOB, PLAYBACK_JOB = "simulation.job", "playback.job"
 TICK = 0.1
 """Seconds between two looks at the process."""
 
-PLAYED_SHARE = 3.0
+PLAYED_SHARE = 1.5
 """Bytes of the files to play over those of the simulation's own, which are compressed."""
 
 LOST_SHARE = 0.05

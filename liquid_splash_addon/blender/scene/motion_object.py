@@ -13,8 +13,7 @@ from typing import Any
 
 import bpy
 
-from ...core.playback.playback import FILE
-from ...core.playback.ply import RADIUS, VELOCITY
+from ...core.playback.files import FILE, RADIUS, VELOCITY
 from . import node_groups
 from .ballistics import Nodes
 from .material import water_material

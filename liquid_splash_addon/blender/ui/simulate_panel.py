@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ...core.playback.playback import MANIFEST
+from ...core.playback.files import MANIFEST
 from ..jobs import estimates, simulate, work_queue
 from ..scene import frame_folder
 from . import simulate_operators as operators

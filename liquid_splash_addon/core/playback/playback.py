@@ -23,14 +23,9 @@ from ..scale import Scale
 from ..simulation.frames import frames_done, read_frame, read_manifest
 from ..simulation.start import Frame as SimulatedFrame
 from ..sketch.local_frame import Frame
+from .files import FILE, MANIFEST, STATE
 from .flying_drops import FlyingDrops, Surroundings, advance
 from .ply import ply_bytes, write_whole
-
-FILE = "frame_{number:05}.ply"
-"""Name of a frame's file, in the language of Python and of Blender's Format String node."""
-
-MANIFEST = "played.json"
-STATE = "played.npz"
 
 VERSION = 1
 """Of what is written: another one is made anew."""

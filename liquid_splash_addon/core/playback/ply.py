@@ -10,12 +10,7 @@ import numpy as np
 
 from ..composition.drops import Drops
 from ..mesh.mesh import Mesh
-
-VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
-"""Properties of a vertex: Blender's importer makes an attribute of each number, none of vectors."""
-
-RADIUS = "radius"
-"""Property of a vertex: that of a drop that is in no mesh, 0 for all other vertices."""
+from .files import RADIUS, VELOCITY
 
 VERTEX = ("x", "y", "z", *VELOCITY, RADIUS)
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])

@@ -9,8 +9,9 @@ import pytest
 
 from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.playback import process
+from liquid_splash_addon.core.playback.files import FILE
 from liquid_splash_addon.core.playback.flying_drops import FlyingDrops, Surroundings, advance
-from liquid_splash_addon.core.playback.playback import FILE, Playback, Player, played
+from liquid_splash_addon.core.playback.playback import Playback, Player, played
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
 from liquid_splash_addon.core.scale import Scale
