@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulate Splash: frames beside the file, played by Blender's own nodes, never lost."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from liquid_splash_addon.blender.scene import frame_folder, motion_object
 from liquid_splash_addon.blender.ui import simulate_operators, simulate_panel
 from liquid_splash_addon.core.composition.drops import Drops
 from liquid_splash_addon.core.mesh.mesh import Mesh
-from liquid_splash_addon.core.playback.files import FILE
+from liquid_splash_addon.core.playback.files import FILE, MANIFEST
 from liquid_splash_addon.core.playback.playback import played
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.progress import Cancelled
@@ -289,6 +290,23 @@ def test_what_cannot_be_written_is_said_first(fresh, tmp_path, monkeypatch):
         with pytest.raises(RuntimeError, match="lower Resolution or Margin"):
             bpy.ops.splash.simulate()
     assert not fresh.splash_simulation.folder and fresh.splash_simulation.motion is None
+
+
+def test_a_process_that_fails_is_a_sentence(fresh, monkeypatch):
+    monkeypatch.setattr(simulate, "MODULE", ".core.nowhere")
+    with pytest.raises(RuntimeError, match=r"ModuleNotFoundError: .*nowhere"):
+        bpy.ops.splash.simulate()
+    monkeypatch.undo()
+
+
+def test_liquid_that_left_the_domain_is_warned_of(splash):
+    folder = frame_folder.folder_of(splash)
+    made = json.loads((folder / MANIFEST).read_text())
+    (folder / MANIFEST).write_text(json.dumps({**made, "left": 0.25}))
+    simulate.write(simulate.Run(simulate.read_order(bpy.context, splash)))
+    assert "25% of the liquid has left the domain: raise Margin" in (
+        splash.splash_simulation.warnings
+    )
 
 
 def test_the_estimate_is_a_sentence(fresh):
