@@ -249,7 +249,7 @@ def start_of(order: Order, made: SolverStart, moving: Sequence[Moving]) -> Start
         for one in moving
         if one.faces is not None and len(one.faces)
     )
-    drops = LooseDrops(made.drops.positions, made.drops.velocities, made.drops.radii)
+    drops = LooseDrops(*(values[~is_small(order, made)] for values in made.drops[:3]))
     seconds = world.scale.durations_to_local(order.frame_seconds)
     return Start(
         made.liquid, seconds, up, float(on_ground @ up),
@@ -257,9 +257,18 @@ def start_of(order: Order, made: SolverStart, moving: Sequence[Moving]) -> Start
     )  # fmt: skip
 
 
+def is_small(order: Order, made: SolverStart) -> np.ndarray:
+    """Return which drops are too small for the solver, bool ``(n,)``: they fly beside it."""
+    from ...core.playback.flying_drops import LEAST_SOLVED
+    from ...core.simulation.domain import cell_of
+
+    least = LEAST_SOLVED * cell_of(made.liquid, order.settings)
+    return np.asarray(made.drops.radii < least)
+
+
 def playback_of(order: Order, made: SolverStart) -> Playback:
     """Return how the frames are shown."""
-    from ...core.playback.flying_drops import Surroundings
+    from ...core.playback.flying_drops import FlyingDrops, Surroundings
     from ...core.playback.playback import Playback
     from ...core.refinement.settings import DropletSettings
 
@@ -274,7 +283,8 @@ def playback_of(order: Order, made: SolverStart) -> Playback:
     has_ground = order.settings.ground != "NONE"
     height = float(made.world.points_to_local(np.array([0.0, 0.0, order.height])) @ up)
     around = Surroundings(-order.settings.pull * up, up, height if has_ground else -np.inf)
-    return Playback(made.frame, tuple(steps), around)
+    drops = FlyingDrops.grown(*(values[is_small(order, made)] for values in made.drops[:3]))
+    return Playback(made.frame, tuple(steps), around, drops)
 
 
 def check_room(order: Order, start: Start) -> None:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drops that go on breaking off a splash while it moves, each the same drop in every frame.
+"""Small drops of a splash that moves, each the same drop in every frame.
 
-Droplets chosen anew for every frame would flicker. Here each is born once, where eq. 4 of the paper
+Those that the solver's cells cannot hold fly from the start. Others go on breaking off: droplets
+chosen anew for every frame would flicker. Here each is born once, where eq. 4 of the paper
 holds, grows while it leaves the surface, then flies freely until it meets the liquid again.
 """
 
@@ -20,6 +21,10 @@ from ..numeric.triangles import vertex_normals
 from ..refinement.droplets import SAMPLE_DISTANCE, SPEED_SPREAD
 from ..refinement.front import DISTANCE_BLUR, LEAST_MEASURE, strongest
 from ..refinement.settings import LARGEST_RADIUS, SMALLEST_RADIUS, DropletSettings
+
+LEAST_SOLVED = 1.75
+"""Radius in cells of the smallest drop that is left to the solver: its surface shows one of 1.3
+cells half as large, one of 1 cell as a speck."""
 
 SMALLEST_BORN = 0.3
 """Radius of the smallest drop over the mean, as in droplets of a splash at rest."""
@@ -62,6 +67,11 @@ class FlyingDrops(NamedTuple):
         nothing = np.zeros((0, 3), dtype=np.float32)
         return cls(nothing, nothing, *(np.zeros(0, dtype=np.float32) for _ in range(3)))
 
+    @classmethod
+    def grown(cls, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray) -> FlyingDrops:
+        """Return drops that are there from the start."""
+        return cls(positions, velocities, radii, *np.zeros((2, len(radii)), dtype=np.float32))
+
     def joined(self, others: Sequence[FlyingDrops]) -> FlyingDrops:
         """Return these drops and others."""
         return FlyingDrops(*map(np.concatenate, zip(self, *others, strict=True)))
@@ -82,7 +92,8 @@ class FlyingDrops(NamedTuple):
 
     def shown(self) -> Drops:
         """Return them as large as they are now. None is in a mesh."""
-        grown = np.clip(self.ages / np.maximum(self.growths, 1e-9), 0, 1)
+        share = self.ages / np.maximum(self.growths, 1e-9)
+        grown = np.where(self.growths > 0, np.clip(share, 0, 1), 1).astype(np.float32)
         none = np.zeros(len(self.radii), dtype=bool)
         return Drops(self.positions, self.velocities, self.radii * np.cbrt(grown), none)
 
@@ -95,25 +106,30 @@ def advance(
     number: int,
     cell: float,
     around: Surroundings,
+    solids: Sequence[np.ndarray] = (),
 ) -> FlyingDrops:
     """Return the drops of the next frame: those that fly on, and those born meanwhile.
 
     mesh : the liquid of that frame; seconds : since the last one; number : of the frame, which
     with the seed picks where drops are born; cell : of the simulation, metres. A step of
     droplets makes as many in its *Flight* as it would for the liquid at rest.
+    solids : triangles ``(m, 3, 3)`` of what stands in the way.
     """
     flown = drops.later(seconds, around.gravity)
     flown = flown.only(flown.positions @ around.up > around.ground)
-    flown = flown.only(~inside(mesh, flown.positions, 2 * LARGEST_RADIUS * cell))
+    for triangles in (mesh.vertices[mesh.faces], *solids):
+        flown = flown.only(~inside(triangles, flown.positions, 2 * LARGEST_RADIUS * cell))
     return flown.joined([born(mesh, step, seconds, number, cell) for step in steps])
 
 
-def inside(mesh: Mesh, points: np.ndarray, reach: float) -> np.ndarray:
-    """Return which points ``(n, 3)`` are in the liquid, bool ``(n,)``; reach : see core.mesh."""
-    if not len(points) or not len(mesh.faces):
+def inside(triangles: np.ndarray, points: np.ndarray, reach: float) -> np.ndarray:
+    """Return which points ``(n, 3)`` are in a closed surface, bool ``(n,)``.
+
+    triangles : ``(m, 3, 3)``; reach : size of the bins into which points are sorted, metres
+    """
+    if not len(points) or not len(triangles):
         return np.zeros(len(points), dtype=bool)
-    triangles = mesh.vertices[mesh.faces].astype(np.float64)
-    _, _, winding = nearest_on_mesh(triangles, points.astype(np.float64), reach)
+    _, _, winding = nearest_on_mesh(triangles.astype(np.float64), points.astype(np.float64), reach)
     return np.asarray(winding != 0)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,13 @@ from ..refinement.waves import add_waves
 from ..scale import Scale
 from ..simulation.frames import frames_done, read_frame, read_manifest
 from ..simulation.start import Frame as SimulatedFrame
+from ..simulation.start import MovingObstacle
 from ..sketch.local_frame import Frame
 from .files import FILE, MANIFEST, STATE
 from .flying_drops import FlyingDrops, Surroundings, advance
 from .ply import ply_bytes, write_whole
 
-VERSION = 1
+VERSION = 2
 """Of what is written: another one is made anew."""
 
 
@@ -40,12 +41,14 @@ class Playback:
     frame : from the simulation's local metres and seconds to the units of the object that plays and
         the seconds of the timeline
     steps : refinements evaluated on every frame: waves, and droplets that go on breaking off
-    around : what these droplets fall through, local metres
+    around : what drops fall through, local metres
+    drops : those that fly from the start, as they are too small for the solver
     """
 
     frame: Frame
     steps: tuple[RefinementSettings, ...]
     around: Surroundings
+    drops: FlyingDrops = field(default_factory=FlyingDrops.none)
 
     def to_json(self) -> dict[str, Any]:
         """Return it as what JSON can hold."""
@@ -58,6 +61,7 @@ class Playback:
             "gravity": self.around.gravity.tolist(),
             "up": self.around.up.tolist(),
             "ground": None if self.around.ground == -np.inf else self.around.ground,
+            "drops": {name: values.tolist() for name, values in self.drops._asdict().items()},
         }
 
     @classmethod
@@ -70,6 +74,7 @@ class Playback:
             Frame(axes, centre, Scale(*map(float, values["scale"]))),
             tuple(KINDS[kind](**settings) for kind, settings in values["steps"]),
             Surroundings(gravity, up, ground),
+            read_flying(values["drops"]),
         )
 
     def key(self, simulation: Mapping[str, Any]) -> str:
@@ -81,9 +86,17 @@ class Playback:
 class Player:
     """Makes the files of a folder's frames, one after another, as far as these are there."""
 
-    def __init__(self, folder: Path | str, playback: Playback) -> None:
-        """Take a folder that holds, or will hold, a simulation. What is there already is kept."""
-        self.folder, self.playback = Path(folder), playback
+    def __init__(
+        self,
+        folder: Path | str,
+        playback: Playback,
+        obstacles: Sequence[MovingObstacle] = (),
+    ) -> None:
+        """Take a folder that holds, or will hold, a simulation. What is there already is kept.
+
+        obstacles : in which drops end, as they do in the liquid
+        """
+        self.folder, self.playback, self.obstacles = Path(folder), playback, obstacles
         self.done = 0
         self.left = 0.0
         self.drops = FlyingDrops.none()
@@ -134,14 +147,23 @@ class Player:
         text = json.dumps({"key": self._key, "frames": self.done, "left": self.left})
         write_whole(self.folder / MANIFEST, text.encode())
 
+    def _solids(self) -> list[np.ndarray]:
+        """Return the triangles of the obstacles at this frame."""
+        return [
+            obstacle.poses[min(self.done, len(obstacle.poses) - 1)][obstacle.faces]
+            for obstacle in self.obstacles
+        ]
+
     def _refined(self, frame: SimulatedFrame, simulation: Mapping[str, Any]) -> tuple[Mesh, Drops]:
         """Return mesh and drops as they are played."""
         playback, cell = self.playback, float(simulation["cell"])
         droplets = [step for step in playback.steps if isinstance(step, DropletSettings)]
-        if droplets and self.done:
+        if self.done == 0:
+            self.drops = playback.drops
+        else:
             self.drops = advance(
                 self.drops, frame.mesh, droplets, float(simulation["frame_seconds"]),
-                self.done, cell, playback.around,
+                self.done, cell, playback.around, self._solids(),
             )  # fmt: skip
         mesh = frame.mesh
         for step in playback.steps:
@@ -179,6 +201,12 @@ def read_json(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}
+
+
+def read_flying(values: Mapping[str, Any]) -> FlyingDrops:
+    """Return drops that are written as lists."""
+    arrays = [np.array(values[name], dtype=np.float32) for name in FlyingDrops._fields]
+    return FlyingDrops(*(array.reshape(-1, 3) for array in arrays[:2]), *arrays[2:])
 
 
 def read_drops(path: Path, frames: int) -> FlyingDrops | None:

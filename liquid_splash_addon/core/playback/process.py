@@ -41,12 +41,15 @@ def write_job(path: Path, folder: Path, playback: Playback, simulation: Path | N
 def work(path: Path | str, say: Say) -> int:
     """Do the job of a file; return the exit code, 0 where all frames are made and ready."""
     job = json.loads(Path(path).read_text(encoding="utf-8"))
-    follower = Follower(Player(job["folder"], Playback.from_json(job["playback"])), say)
+    simulation = job["simulation"]
+    obstacles = () if simulation is None else process.read_job(simulation)[0].obstacles
+    playback = Playback.from_json(job["playback"])
+    follower = Follower(Player(job["folder"], playback, obstacles), say)
     follower.start()
     code = 0
     try:
-        if job["simulation"] is not None:
-            code = process.work(job["simulation"], follower.relay)
+        if simulation is not None:
+            code = process.work(simulation, follower.relay)
     finally:
         follower.finish()
     return follower.end(code)
