@@ -313,6 +313,13 @@ def test_the_estimate_is_a_sentence(fresh):
     order = simulate.read_order(bpy.context, fresh)
     text = estimates.compute(order, lambda stage, share: None)
     assert text.startswith("About ") and "of memory" in text and "on disk" in text
+    assert [estimates.size(n) for n in (1e3, 334e6, 2.34e9)] == ["1 MB", "330 MB", "2.3 GB"]
+    assert [estimates.duration(s) for s in (0, 75, 125, 9000)] == [
+        "1 s",
+        "75 s",
+        "2.1 min",
+        "2.5 h",
+    ]
 
 
 def test_nothing_to_simulate_is_said():

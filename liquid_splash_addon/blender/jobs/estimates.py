@@ -61,16 +61,23 @@ def sentence(expected: object) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in the unit that suits it, with one or two digits."""
+    """Return a time in the unit that suits it."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 1.5 * length:
-            return f"{seconds / length:.2g} {unit}"
-    return f"{max(seconds, 1.0):.2g} s"
+            return f"{two_digits(seconds / length)} {unit}"
+    return f"{two_digits(max(seconds, 1.0))} s"
 
 
 def size(count: float) -> str:
-    """Return bytes in the unit that suits them, with two digits."""
-    return f"{count / 1e9:.2g} GB" if count >= 0.95e9 else f"{max(count / 1e6, 1):.2g} MB"
+    """Return bytes in the unit that suits them."""
+    if count >= 0.95e9:
+        return f"{two_digits(count / 1e9)} GB"
+    return f"{two_digits(max(count / 1e6, 1))} MB"
+
+
+def two_digits(value: float) -> str:
+    """Return a number rounded to two digits, without an exponent."""
+    return f"{float(f'{value:.2g}'):,g}"
 
 
 def keep(handle: Handle, key: str, text: str) -> None:
