@@ -40,17 +40,21 @@ from .jobs import (
 from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
+    export_vdb,
     model_operators,
     model_panel,
     motion_operators,
     motion_panel,
     operators,
     panels,
+    preferences_operators,
+    preferences_panel,
     refinement_operators,
     refinement_panel,
     simulate_operators,
     simulate_panel,
     sketch_presets,
+    stroke_files,
 )
 
 MODULES = (
@@ -77,12 +81,16 @@ MODULES = (
     operators,
     model_operators,
     sketch_presets,
+    stroke_files,
     refinement_operators,
     motion_operators,
     simulate_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
+    preferences_operators,
+    preferences_panel,
     motion_panel,
     simulate_panel,
 )

@@ -9,6 +9,7 @@ from ...core.settings import MotionSettings
 from ..data.properties import to_settings
 from ..scene import ballistics
 from . import motion_operators as operators
+from .export_vdb import SPLASH_OT_export_vdb
 from .panels import SplashPanel, settings_column
 
 
@@ -37,6 +38,9 @@ class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
         if item is not None:
             draw_preview(layout, item)
             layout.operator(operators.SPLASH_OT_two_pose_mesh.bl_idname, icon="SHAPEKEY_DATA")
+            layout.operator(
+                SPLASH_OT_export_vdb.bl_idname, text="Export Volume", icon="VOLUME_DATA"
+            )
         column = settings_column(layout)
         render = context.scene.render
         column.prop(render, "use_motion_blur")

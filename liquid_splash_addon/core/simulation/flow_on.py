@@ -14,9 +14,10 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..liquid.level_set import LevelSet, fill_velocity
 from ..progress import Report, silent
+from ..scale import GRAVITY
 from .domain import bounds_along
 from .scene import Scene, prepare
-from .settings import EARTH, SimulationSettings
+from .settings import SimulationSettings
 from .start import MovingObstacle, Start
 from .surface import CLEARANCE, LAYERS, current_of, surface_of
 
@@ -37,7 +38,7 @@ MOST_GROWTH = 128
 
 
 def flow_on(
-    start: Start, milliseconds: float, report: Report = silent, gravity: float = EARTH
+    start: Start, milliseconds: float, report: Report = silent, gravity: float = GRAVITY
 ) -> LevelSet:
     """Return the splash ``milliseconds`` (0 to MOST_MILLISECONDS) of its own time later.
 

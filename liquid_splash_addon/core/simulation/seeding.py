@@ -17,7 +17,7 @@ from .start import LooseDrops, Start
 SEED = 0
 """Of the jitter."""
 
-JITTER = 0.02
+JITTER = 0.1
 """Largest displacement of a particle along each axis at the start, cells."""
 
 OUTERMOST = PARTICLE_SPACING / 2

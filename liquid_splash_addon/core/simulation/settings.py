@@ -5,10 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..scale import GRAVITY as EARTH
 from ..settings import Settings, setting
-
-EARTH = 9.81
-"""Gravity on earth, m/s^2."""
 
 
 @dataclass(frozen=True)

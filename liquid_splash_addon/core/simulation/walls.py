@@ -168,10 +168,12 @@ class PosedObstacle:
         """Return it at ``time``, seconds."""
         if not self.moves:
             time = 0.0
-        if self._last is None or self._last[0] != time:
+        last = self._last  # two threads may ask at once, for different times
+        if last is None or last[0] != time:
             triangles, speeds = self.corners(time)
-            self._last = time, voxels(triangles, speeds, self.is_solid, self._domain.cells)
-        return self._last[1]
+            last = time, voxels(triangles, speeds, self.is_solid, self._domain.cells)
+            self._last = last
+        return last[1]
 
     def fastest(self, begin: float, end: float) -> float:
         """Return the greatest speed of a vertex between two moments, cells/s."""

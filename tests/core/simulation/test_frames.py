@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.mesh.closest_point import nearest_on_mesh
 from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.simulation.frames import (
     frame_path,
@@ -71,6 +72,16 @@ def test_frames_are_closed_meshes_that_move(whole):
     assert last.mesh.vertices[:, 2].max() > first.mesh.vertices[:, 2].max() + 0.01
     assert last.left < 0.03
     assert [path.name for path in whole.glob("particles_*")] == ["particles_00005.npz"]
+
+
+def test_the_surface_flows_and_does_not_boil(whole):
+    manifest = read_manifest(whole)
+    for index in range(5):
+        frame, after = read_frame(whole, index), read_frame(whole, index + 1)
+        carried = frame.mesh.vertices + manifest["frame_seconds"] * frame.mesh.velocities
+        triangles = after.mesh.vertices[after.mesh.faces].astype(np.float64)
+        apart, _, _ = nearest_on_mesh(triangles, carried.astype(np.float64), 0.05)
+        assert apart.mean() < 0.15 * manifest["cell"]
 
 
 def test_a_stopped_run_goes_on_bit_for_bit(begun, whole, tmp_path):

@@ -71,6 +71,15 @@ def test_a_wall_pushes_liquid_at_its_own_speed(speed):
     assert later.particles.positions[:, 0].min() > 28.0
 
 
+def test_a_wall_that_could_move_but_rests_is_like_any_other_bit_for_bit():
+    fallen = [
+        advance(plug(), World(64, 800.0, 0.0, solid), 0.02).particles
+        for solid in (Piston(20.0, 0.0), MovingPiston(20.0, 0.0))
+    ]
+    for one, other in zip(*fallen, strict=True):
+        assert np.array_equal(one, other)
+
+
 def test_a_wall_that_withdraws_does_not_pull():
     world = World(64, 0.0, 0.0, MovingPiston(20.0, -50.0))
     later = advance(plug(), world, 0.1)
