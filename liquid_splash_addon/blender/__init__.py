@@ -26,18 +26,20 @@ from .data import (
     preferences,
     properties,
     refinements,
+    simulation,
     stored_liquid,
 )
 from .jobs import (
     bake_mantaflow,
     compile_ahead,
     compose,
+    estimates,
     loaded_generator,
     refine,
     scheduler,
     work_queue,
 )
-from .scene import drop_points, model_parts
+from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
@@ -53,6 +55,8 @@ from .ui import (
     preferences_panel,
     refinement_operators,
     refinement_panel,
+    simulate_operators,
+    simulate_panel,
     sketch_presets,
     stroke_files,
 )
@@ -64,6 +68,7 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    simulation,
     motion,
     mantaflow,
     preferences,
@@ -73,8 +78,11 @@ MODULES = (
     scheduler,
     bake_mantaflow,
     compile_ahead,
+    estimates,
     drop_points,
     model_parts,
+    moving_obstacles,
+    saved_elsewhere,
     scene_motion,
     operators,
     model_operators,
@@ -82,6 +90,7 @@ MODULES = (
     stroke_files,
     refinement_operators,
     motion_operators,
+    simulate_operators,
     export_vdb,
     mantaflow_operators,
     panels,
@@ -90,6 +99,7 @@ MODULES = (
     preferences_operators,
     preferences_panel,
     motion_panel,
+    simulate_panel,
     mantaflow_panel,
 )
 
