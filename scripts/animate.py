@@ -67,6 +67,7 @@ class Subject:
     view : where the camera looks
     liquid : inputs of the material
     width : of what the camera shows, over the splash's own width
+    exposure : of the picture, stops
     """
 
     preset: str
@@ -75,7 +76,8 @@ class Subject:
     pool: float
     view: Vector
     liquid: dict[str, Any]
-    width: float = 1.5
+    width: float
+    exposure: float
 
 
 PAINT = models.MILK | {"Base Color": (0.75, 0.11, 0.07, 1.0), "Subsurface Weight": 0.05}
@@ -88,6 +90,8 @@ SUBJECTS = {
         0.08,
         Vector((0.2, 1.0, -0.5)).normalized(),
         models.MILK,
+        1.85,
+        -1.05,
     ),
     "letter_s": Subject(
         "LETTER_S",
@@ -97,6 +101,7 @@ SUBJECTS = {
         Vector((0.12, 1.0, -0.3)).normalized(),
         PAINT,
         1.7,
+        -1.3,
     ),
 }
 

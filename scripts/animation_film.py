@@ -39,11 +39,55 @@ TITLES = {
 FRAME_MS = 90
 """Of an animated picture."""
 
-SKY, EXPOSURE = (0.07, 0.09, 0.13, 1.0), -0.5
+SKY = (0.03, 0.045, 0.08, 1.0)
 
-FAR, INSET, BELOW = 60.0, 0.12, 0.003
-"""Where the still liquid around what was simulated ends, how far it reaches under that, and how
-much lower it lies, Blender units."""
+BOUNCES = 6
+"""Of light: these liquids are not clear."""
+
+FAR, INSET, NEAR = 60.0, 0.1, 0.3
+"""Where the still liquid around what was simulated ends, how far it reaches over that, and how far
+from the pool's surface its ripples are at most, Blender units."""
+
+
+class Shore(NamedTuple):
+    """The still liquid around what was simulated: from where on ``(2,)``, and how high it is."""
+
+    low: np.ndarray
+    high: np.ndarray
+    height: float
+
+    @classmethod
+    def around(cls, points: np.ndarray, height: float) -> Shore:
+        """Return the shore of a first frame's vertices ``(n, 3)``; height : about the pool's."""
+        low, high = points.min(axis=0)[:2] + INSET, points.max(axis=0)[:2] - INSET
+        edge = ((points[:, :2] < low + INSET) | (points[:, :2] > high - INSET)).any(axis=1)
+        level = points[edge & (np.abs(points[:, 2] - height) < INSET), 2]
+        return cls(low, high, float(np.median(level)) if len(level) else height)
+
+    def joined(self, points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return a frame whose pool goes over into the shore, without the pool's own edges."""
+        inside = np.minimum(points[:, :2] - self.low, self.high - points[:, :2]).min(axis=1)
+        share = np.clip(inside / INSET, 0, 1)
+        share = share * share * (3 - 2 * share)
+        away = points[:, 2] - self.height
+        is_pool = np.abs(away) < NEAR
+        moved = points.copy()
+        moved[is_pool, 2] = self.height + (share * away)[is_pool]
+        hidden = (inside < 0) & (away < INSET)
+        return moved, faces[~hidden[faces].all(axis=1)]
+
+    def add(self, material: Any) -> None:
+        """Add it to the scene."""
+        (left, front), (right, back) = self.low, self.high
+        outer = [(-FAR, -FAR), (FAR, -FAR), (FAR, FAR), (-FAR, FAR)]
+        inner = [(left, front), (right, front), (right, back), (left, back)]
+        mesh = bpy.data.meshes.new("Shore")
+        mesh.from_pydata(
+            [(float(x), float(y), self.height) for x, y in outer + inner], [],
+            [(n, (n + 1) % 4, 4 + (n + 1) % 4, 4 + n) for n in range(4)],
+        )  # fmt: skip
+        mesh.materials.append(material)
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new("Shore", mesh))
 
 
 class Measured(NamedTuple):
@@ -127,8 +171,10 @@ def render_frames(place: Any, subject: Any, options: Any, numbers: Sequence[int]
     if not missing:
         return
     item = set_scene(place, subject, options)
+    shore = Shore.around(read_mesh(place, 0)[0], facts_of(place)["pool"])
     for number in missing:
-        fill(item, *read_mesh(place, number))
+        points, faces, drops, radii = read_mesh(place, number)
+        fill(item, *shore.joined(points, faces), drops, radii)
         path = picture_path(place, number)
         part = path.with_name("part.png")
         demo.render(part)
@@ -144,12 +190,12 @@ def set_scene(place: Any, subject: Any, options: Any) -> bpy.types.Object:
     item.data.materials.append(water_material())
     models.retune(item, subject.liquid)
     scene.collection.objects.link(item)
-    fill(item, *read_mesh(place, 0))
-    add_shore(table.world_points(item), facts["pool"], item.data.materials[0])
+    Shore.around(read_mesh(place, 0)[0], facts["pool"]).add(item.data.materials[0])
     centre, size = Vector(facts["centre"]), np.array(facts["size"])
     radius = float(np.linalg.norm(size)) / 2
     table.use_cycles(scene, options.samples, options.size)
-    scene.view_settings.exposure = EXPOSURE
+    scene.view_settings.exposure = subject.exposure
+    scene.cycles.max_bounces = BOUNCES
     table.set_world(SKY)
     table.add_lights(centre, radius, subject.view)
     half = size / 2 * (subject.width, subject.width, 1.2)
@@ -158,23 +204,6 @@ def set_scene(place: Any, subject: Any, options: Any) -> bpy.types.Object:
     corners[:, 2] = np.maximum(corners[:, 2], facts["pool"])
     table.add_camera(scene, corners, subject.view, demo.LENS)
     return item
-
-
-def add_shore(points: np.ndarray, height: float, material: Any) -> None:
-    """Surround what was simulated, vertices ``(n, 3)``, by still liquid that hides its edges."""
-    low, high = points.min(axis=0)[:2] + INSET, points.max(axis=0)[:2] - INSET
-    edge = ((points[:, :2] < low + INSET) | (points[:, :2] > high - INSET)).any(axis=1)
-    level = points[edge & (np.abs(points[:, 2] - height) < INSET), 2]
-    height = float(np.median(level)) if len(level) else height
-    outer = [(-FAR, -FAR), (FAR, -FAR), (FAR, FAR), (-FAR, FAR)]
-    inner = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
-    mesh = bpy.data.meshes.new("Shore")
-    mesh.from_pydata(
-        [(float(x), float(y), height - BELOW) for x, y in outer + inner], [],
-        [(n, (n + 1) % 4, 4 + (n + 1) % 4, 4 + n) for n in range(4)],
-    )  # fmt: skip
-    mesh.materials.append(material)
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Shore", mesh))
 
 
 def fill(item: bpy.types.Object, vertices: Any, faces: Any, drops: Any, radii: Any) -> None:
