@@ -40,6 +40,7 @@ from .jobs import (
 from .scene import drop_points, model_parts
 from .scene import motion as scene_motion
 from .ui import (
+    export_vdb,
     mantaflow_operators,
     mantaflow_panel,
     model_operators,
@@ -48,9 +49,12 @@ from .ui import (
     motion_panel,
     operators,
     panels,
+    preferences_operators,
+    preferences_panel,
     refinement_operators,
     refinement_panel,
     sketch_presets,
+    stroke_files,
 )
 
 MODULES = (
@@ -75,12 +79,16 @@ MODULES = (
     operators,
     model_operators,
     sketch_presets,
+    stroke_files,
     refinement_operators,
     motion_operators,
     mantaflow_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
+    preferences_operators,
+    preferences_panel,
     motion_panel,
     mantaflow_panel,
 )

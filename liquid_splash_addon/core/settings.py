@@ -45,7 +45,17 @@ class SplashSettings(Settings):
         "Where the speed of the strokes comes from",
         items=(
             ("TIME", "Recorded Time", "The time at which each point was drawn"),
-            ("PRESSURE", "Pressure", "Pen pressure times the stroke speed"),
+            (
+                "PRESSURE",
+                "Pressure",
+                "Pen pressure, or the radius of a curve, times the stroke speed",
+            ),
+            (
+                "ATTRIBUTE",
+                "Attribute",
+                "The attribute 'speed' of each point, in units per second; where there is none, "
+                "the recorded time",
+            ),
             ("CONSTANT", "Constant", "The stroke speed"),
         ),
     )
@@ -63,6 +73,14 @@ class SplashSettings(Settings):
         "Liquid speed over hand speed. Hands draw at about a quarter of the speed of splashes",
         low=0.1,
         high=20.0,
+    )
+    use_modifiers: bool = setting(
+        False,
+        "Modifiers",
+        "Read the strokes as the modifiers of the sketch leave them. Those that move points away "
+        "from where they were drawn change speeds with them",
+        low=False,
+        high=True,
     )
     seed: int = setting(
         0, "Seed", "Number that picks one of the possible splashes", low=0, high=LATENT_SEED_MAX

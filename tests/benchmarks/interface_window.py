@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by interface.py in a Blender with a window: how long the interface is held up.
 
+Its one argument after ``--`` is the folder for compiled code, as an extension has one.
+
 Two things hold it up: what the add-on does in Blender's own thread, and whoever holds Python's
 lock meanwhile. Both are watched while a splash is made and refined at full resolution: first in a
 process that has imported nothing yet, then again, then while another process compiles. Imports of
@@ -27,6 +29,7 @@ import bpy
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import scheduler, work_queue
 from liquid_splash_addon.blender.ui.queued_operator import QueuedOperator
+from liquid_splash_addon.core import compiled_code
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.blender.sketching import add_sketch
 from tests.blender.window_script import Condition, idle, press, run
@@ -44,7 +47,6 @@ class Imports:
     def __init__(self) -> None:
         self.seconds = 0.0
         self.depth = 0
-        self.count = 0
         self.original = builtins.__import__
         builtins.__import__ = self.watched
 
@@ -54,7 +56,6 @@ class Imports:
             return self.original(*inputs, **options)
         begin = time.perf_counter()
         self.depth += 1
-        self.count += 1
         try:
             return self.original(*inputs, **options)
         finally:
@@ -82,11 +83,10 @@ class Watch:
     def look(self) -> None:
         """Sleep for a moment, again and again: what is slept longer is waited for the lock."""
         while True:
-            begin, presses, imports = time.perf_counter(), self.presses, self.imports.count
-            is_importing = self.imports.depth > 0
+            begin, presses, imported = time.perf_counter(), self.presses, self.imports.seconds
             time.sleep(NAP)
             taken = 1000 * (time.perf_counter() - begin - NAP)
-            if is_importing or imports != self.imports.count:
+            if self.imports.depth or 1000 * (self.imports.seconds - imported) > taken / 2:
                 self.importing = max(self.importing, taken)
             # A press by a script holds the lock for Blender's undo step too; a user's does not.
             elif presses == self.presses and presses % 2 == 0:
@@ -183,6 +183,7 @@ def measured() -> Iterator[Condition]:
 
 
 if __name__ == "__main__":
+    compiled_code.keep_below(Path(sys.argv[-1]))
     liquid_splash_addon.register()
     watch_our_calls()
     bpy.context.preferences.view.show_splash = False

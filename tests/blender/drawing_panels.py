@@ -17,6 +17,7 @@ from liquid_splash_addon.blender.ui import (
     motion_panel,
     operators,
     panels,
+    preferences_operators,
     refinement_operators,
     refinement_panel,
 )
@@ -53,7 +54,8 @@ def drawn(panel: Any) -> str:
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
     rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
-             motion_panel, operators, panels, refinement_operators, refinement_panel)  # fmt: skip
+             motion_panel, operators, panels, preferences_operators, refinement_operators,
+             refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms

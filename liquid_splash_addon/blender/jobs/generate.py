@@ -21,14 +21,14 @@ from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings
 from ...core.sketch.local_frame import Frame
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
-from ..data.preferences import keep_precision, known_precision, weights_path
+from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
 from ..data.version import addon_version
 from ..scene import drop_points, mesh_object, motion
-from ..scene.grease_pencil import read_drawings
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
+from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target
 from . import dependencies, loaded_generator, refine
 from .progress import part_of
@@ -46,6 +46,7 @@ class Request:
     """What a run needs, read from the scene."""
 
     sketch: Handle
+    others: tuple[Handle, ...]
     splash: Handle | None
     liquid: str  # identifier of the liquid that the splash stores now, "" for none
     layer: str
@@ -56,6 +57,7 @@ class Request:
     frame_real_size: float
     weights: Path | None
     last_weights: str  # hash of the weights of the last run, "" if there was none
+    device: str
     precision: str  # number format to compute in; "": measure the fastest
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
@@ -66,7 +68,7 @@ class Request:
         """Identifies strokes, settings, obstacles and weights."""
         found = hashlib.sha256()
         for drawing in self.drawings:
-            for values in (drawing.points, drawing.times, drawing.pressures):
+            for values in (drawing.points, drawing.times, drawing.pressures, drawing.speeds):
                 found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
         around = obstacles_key(self.obstacles, self.clearance) if self.obstacles else ()
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
@@ -104,19 +106,23 @@ def snapshot(
     """
     check_packages()
     context.view_layer.update()  # world matrices after moves by script
-    sketch, splash, layer = target
+    sketch, splash, layer, others = target
     if splash is not None:
         check_writable(splash)
         layer = splash.splash.layer
+    if sketch.type != "GREASEPENCIL":
+        layer = ""
     if layer and layer not in sketch.data.layers:
         raise SceneError(lost_layer(layer, sketch))
-    drawings, warnings = read_drawings(sketch, layer)
+    drawings, warnings = read_sketch((sketch, *others), layer, settings.use_modifiers)
     drawings, _, left_out = usable_drawings(drawings)
-    warnings += left_out
+    warnings += left_out + lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
+    device = device_for(context, settings.device)
     return Request(
         sketch=Handle.of(sketch),
+        others=tuple(map(Handle.of, others)),
         splash=Handle.of(splash) if splash is not None else None,
         liquid=stored_liquid.identifier_of(splash.data) if splash is not None else "",
         layer=layer,
@@ -127,7 +133,8 @@ def snapshot(
         frame_real_size=plain(record.frame_real_size) if record else 0.0,
         weights=weights_path(context),
         last_weights=record.weights_hash if record else "",
-        precision=(record.precision if record else "") or known_precision(context, settings.device),
+        precision=(record.precision if record else "") or known_precision(context, device),
+        device=device,
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
@@ -156,6 +163,15 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
     )
 
 
+def lost_objects(
+    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
+) -> list[str]:
+    """Return a warning if objects were deleted whose strokes belonged to a splash."""
+    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
+    lost = len(known) - len(others)
+    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
+
+
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
     from ...core.pipeline import make_splash
@@ -169,7 +185,7 @@ def compute(request: Request, report: Report) -> Result:
         request.drawings, settings, frame.scale if frame is not None else None
     )
     report("Loading the generator", 0.02)
-    generator = loaded_generator.get(request.weights, settings.device, request.precision)
+    generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
         request.refinements, request.obstacles, request.clearance,
@@ -225,6 +241,8 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     context.view_layer.update()
     if splash is None:
         splash = mesh_object.new_object(context, sketch, request.layer)
+        for other in filter(None, (handle.find() for handle in request.others)):
+            splash.splash.others.add().sketch = other
         if sketch.mode == "OBJECT":  # else the artist goes on drawing
             select_only(context, splash)
     else:
@@ -237,7 +255,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     remember(splash, sketch, request, result)
     motion.apply(splash)
     if request.precision != result.precision:
-        keep_precision(context, request.settings.device, result.precision)
+        keep_precision(context, request.device, result.precision)
     return splash
 
 

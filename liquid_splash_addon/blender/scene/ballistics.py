@@ -66,8 +66,8 @@ def set_motion(
 
 def node_group() -> bpy.types.NodeTree:
     """Return the node group of this file; make it if there is none of this version."""
-    found = node_groups.marked(MARK)
-    if found is not None and found[MARK] == VERSION:
+    found = node_groups.marked(MARK, VERSION)
+    if found is not None:
         return found
     inputs = dict.fromkeys((SHAPE_FRAME, GRAVITY, FRAME_RATE), "NodeSocketFloat")
     group = node_groups.new(NAME, inputs)

@@ -11,8 +11,8 @@ from mathutils import Matrix
 
 from ...core.settings import MotionSettings
 from ..data.properties import assign_settings, to_settings
-from .grease_pencil import rigid_matrix
 from .material import water_material
+from .raw_strokes import rigid_matrix
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh

@@ -17,9 +17,9 @@ from ..data import index
 from ..data.model import models_of, splashes_in
 from ..data.properties import assign_settings, to_settings
 from . import mesh_object
-from .grease_pencil import rigid_matrix
 from .material import water_material
 from .objects import SceneError
+from .raw_strokes import rigid_matrix
 
 NAME = "Splash Model"
 

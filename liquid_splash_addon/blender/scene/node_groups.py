@@ -9,10 +9,13 @@ from typing import Any
 import bpy
 
 
-def marked(mark: str) -> bpy.types.NodeTree | None:
-    """Find the file's own group that has the custom property ``mark``; None if there is none."""
+def marked(mark: str, version: int | None = None) -> bpy.types.NodeTree | None:
+    """Find the file's own group that has the custom property ``mark``; None if there is none.
+
+    version : the value that the property must have; None for any
+    """
     for group in bpy.data.node_groups:
-        if mark in group and group.library is None:
+        if mark in group and group.library is None and version in (None, group[mark]):
             return group
     return None
 
@@ -41,11 +44,11 @@ def named(group: bpy.types.NodeTree, kind: str, name: str) -> bpy.types.Node:
 
 
 def set_input(modifier: bpy.types.Modifier, name: str, value: Any) -> None:
-    """Set the input called ``name`` of a modifier; nothing happens if it is that already."""
-    sockets = modifier.node_group.interface.items_tree
-    identifier = next(
-        item.identifier for item in sockets if item.name == name and item.in_out == "INPUT"
-    )
+    """Set the input called ``name`` of a modifier, unless it is that already or was removed."""
+    sockets = [item for item in modifier.node_group.interface.items_tree if item.name == name]
+    if not sockets:
+        return
+    identifier = sockets[0].identifier
     if hasattr(modifier, "properties"):  # from Blender 5.2 on
         holder = getattr(modifier.properties.inputs, identifier)
         if holder.value != value:

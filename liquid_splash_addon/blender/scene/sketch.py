@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
 from .objects import enter_object_mode, select_only
+from .raw_strokes import SPEED
 
 INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
@@ -64,10 +65,17 @@ def ink_material() -> bpy.types.Material:
     return material
 
 
-def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: Any = None) -> None:
+def add_strokes(
+    sketch: bpy.types.Object,
+    drawings: Sequence[Drawing],
+    layer: Any = None,
+    radius: float = INK_RADIUS,
+) -> None:
     """Append ``drawings``, in the sketch's own space, to a layer, by default the first one.
 
     Times become ``delta_time`` and pressures become thickness, as if drawn by hand.
+
+    radius : of a stroke at full pressure, Blender units
     """
     drawing = (layer or sketch.data.layers[0]).current_frame().drawing
     before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
@@ -76,8 +84,14 @@ def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: An
     times = [np.zeros(len(d.points)) if d.times is None else d.times for d in drawings]
     append_values(drawing, "delta_time", before, np.concatenate(times))
     pressures = [np.ones(len(d.points)) if d.pressures is None else d.pressures for d in drawings]
-    append_values(drawing, "radius", before, INK_RADIUS * np.concatenate(pressures))
+    append_values(drawing, "radius", before, radius * np.concatenate(pressures))
     append_values(drawing, "opacity", before, np.ones(sum(map(len, times))))
+    if any(d.speeds is not None for d in drawings):
+        nothing = np.nan
+        speeds = [
+            np.full(len(d.points), nothing) if d.speeds is None else d.speeds for d in drawings
+        ]
+        append_values(drawing, SPEED, before, np.concatenate(speeds))
     drawing.tag_positions_changed()
 
 

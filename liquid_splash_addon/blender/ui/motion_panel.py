@@ -9,6 +9,7 @@ from ...core.settings import MotionSettings
 from ..data.properties import to_settings
 from ..scene import ballistics
 from . import motion_operators as operators
+from .export_vdb import SPLASH_OT_export_vdb
 from .panels import SplashPanel, settings_column
 
 
@@ -31,10 +32,15 @@ class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
         group = (context.scene if item is None else item).splash_motion
         column = settings_column(layout)
         column.prop(group, "time_scale")
-        column.label(text=to_settings(group, MotionSettings).speed_label)
+        row = column.row()
+        row.alignment = "RIGHT"
+        row.label(text=to_settings(group, MotionSettings).speed_label)
         if item is not None:
             draw_preview(layout, item)
             layout.operator(operators.SPLASH_OT_two_pose_mesh.bl_idname, icon="SHAPEKEY_DATA")
+            layout.operator(
+                SPLASH_OT_export_vdb.bl_idname, text="Export Volume", icon="VOLUME_DATA"
+            )
         column = settings_column(layout)
         render = context.scene.render
         column.prop(render, "use_motion_blur")
