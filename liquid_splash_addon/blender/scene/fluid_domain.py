@@ -268,6 +268,7 @@ def set_ready(item: bpy.types.Object, frame: int) -> None:
     fluid.cache_frame_pause_data = frame + 1
     # Shows Resume and Free in Blender's own panel.
     fluid.has_cache_baked_data = True
+    item.display_type = "WIRE"  # until there is liquid to be seen in it
 
 
 def state_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
