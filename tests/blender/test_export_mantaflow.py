@@ -41,6 +41,7 @@ def reason(domain) -> str:
 
 
 def test_export_bake_and_verify(splash):
+    bpy.context.scene.splash_mantaflow.settings.mesh = True
     domain = export(splash)
     fluid, group = fluid_domain.settings_of(domain), domain.splash_domain
     assert fluid.time_scale == pytest.approx(0.05)
@@ -53,6 +54,11 @@ def test_export_bake_and_verify(splash):
     assert float(numbers[1]) > 0.95
     assert float(numbers[4].strip("%")) == pytest.approx(100, abs=5)
     assert splash.hide_render and splash.hide_viewport
+    for frame in (1, 3):  # the first one is meshed too
+        bpy.context.scene.frame_set(frame)
+        graph = bpy.context.evaluated_depsgraph_get()
+        assert len(domain.evaluated_get(graph).data.vertices) > 100
+        assert reason(domain) == ""
 
 
 def test_resumed_after_it_was_stopped(splash):
