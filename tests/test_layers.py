@@ -21,7 +21,7 @@ ROOMS = {
         "numeric", "fluid", "sketch", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "pipeline", "rehearsal",
     ),
-    "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),
+    "liquid_splash_addon.blender": ("data", "scene", "jobs", "capture", "ui"),
     "training": (
         "command_line",
         "scenes", "measures", "figures", "data", "simulation", "learning", "evaluation", "research",

@@ -6,6 +6,7 @@ Its rooms, from the lowest to the highest; each imports only from itself, the ro
     data     what a .blend file remembers: properties and their registration
     scene    Blender's objects to arrays and back
     jobs     what is computed beside the interface, and when
+    capture  drawing with tracked hands, in virtual reality
     ui       operators, panels and menus
 
 This file is above all rooms: it registers them with Blender.
@@ -17,7 +18,9 @@ from pathlib import Path
 import bpy
 
 from ..core import compiled_code
+from .capture import action_set, vr_drawing
 from .data import (
+    capture,
     index,
     model,
     obstacle_group,
@@ -26,7 +29,15 @@ from .data import (
     refinements,
     stored_liquid,
 )
-from .jobs import compile_ahead, compose, loaded_generator, refine, scheduler, work_queue
+from .jobs import (
+    compile_ahead,
+    compose,
+    draft_then_full,
+    loaded_generator,
+    refine,
+    scheduler,
+    work_queue,
+)
 from .scene import drop_points, model_parts
 from .ui import (
     model_operators,
@@ -36,6 +47,7 @@ from .ui import (
     refinement_operators,
     refinement_panel,
     sketch_presets,
+    vr_panel,
 )
 
 MODULES = (
@@ -45,12 +57,16 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    capture,
     preferences,
     work_queue,
     refine,
     compose,
     scheduler,
     compile_ahead,
+    draft_then_full,
+    action_set,
+    vr_drawing,
     drop_points,
     model_parts,
     operators,
@@ -60,6 +76,7 @@ MODULES = (
     panels,
     refinement_panel,
     model_panel,
+    vr_panel,
 )
 
 

@@ -64,10 +64,17 @@ def ink_material() -> bpy.types.Material:
     return material
 
 
-def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: Any = None) -> None:
+def add_strokes(
+    sketch: bpy.types.Object,
+    drawings: Sequence[Drawing],
+    layer: Any = None,
+    radius: float = INK_RADIUS,
+) -> None:
     """Append ``drawings``, in the sketch's own space, to a layer, by default the first one.
 
     Times become ``delta_time`` and pressures become thickness, as if drawn by hand.
+
+    radius : of the line at full pressure, in the sketch's own units
     """
     drawing = (layer or sketch.data.layers[0]).current_frame().drawing
     before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
@@ -76,7 +83,7 @@ def add_strokes(sketch: bpy.types.Object, drawings: Sequence[Drawing], layer: An
     times = [np.zeros(len(d.points)) if d.times is None else d.times for d in drawings]
     append_values(drawing, "delta_time", before, np.concatenate(times))
     pressures = [np.ones(len(d.points)) if d.pressures is None else d.pressures for d in drawings]
-    append_values(drawing, "radius", before, INK_RADIUS * np.concatenate(pressures))
+    append_values(drawing, "radius", before, radius * np.concatenate(pressures))
     append_values(drawing, "opacity", before, np.ones(sum(map(len, times))))
     drawing.tag_positions_changed()
 

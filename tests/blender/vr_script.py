@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by vr_harness.py in a Blender with a window and a VR runtime: hands draw, as an artist's do.
+
+    vr_script.py -- SCENE [SCENE ...]
+
+Scenes are generators that yield conditions; a timer resumes them once the condition holds, so that
+Blender's main loop, and with it the session, goes on between them.
+"""
+
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import bpy
+import numpy as np
+
+import liquid_splash_addon
+from liquid_splash_addon.blender.capture import action_set, feedback, hands, vr_drawing
+from liquid_splash_addon.blender.jobs import draft_then_full, loaded_generator
+from liquid_splash_addon.blender.scene.grease_pencil import layer_matrix, read_drawings
+from liquid_splash_addon.core.sketch.drawing import Drawing
+from liquid_splash_addon.core.sketch.strokes import arc_length
+from tests.blender.monado import Feeder, Hand
+from tests.blender.sketching import SIZE, TubeGenerator, splashes
+from tests.blender.vr_motion import recorded_motion
+
+PATIENCE = 60.0
+"""Seconds until a condition that does not come true is a failure."""
+
+EXACT = 1e-3
+"""Metres: how far a recorded point may be from the path that was sent."""
+
+STOCK = "viewport_vr_preview"
+TIP = 0.05
+LEFT, RIGHT = Hand((-0.3, 1.3, -0.5)), Hand((0.3, 1.3, -0.5))
+
+Condition = Callable[[], bool]
+Steps = Iterator[Condition]
+
+
+class Hands:
+    """Both hands, as they were last sent."""
+
+    def __init__(self) -> None:
+        self.feeder = Feeder(int(os.environ["VR_PORT"]))
+        self.last = [LEFT, RIGHT]
+
+    def send(self, left: Hand | None = None, right: Hand | None = None) -> Condition:
+        """Send what has changed; return the condition that Blender has seen it."""
+        self.last = [left or self.last[0], right or self.last[1]]
+        self.feeder.send(*self.last)
+        return self.seen
+
+    def seen(self) -> bool:
+        """Whether the session shows both hands where they were sent, with their triggers."""
+        drawing = vr_drawing.current()
+        if drawing is None or not all(drawing.poses):
+            return False
+        context = bpy.context
+        return all(
+            np.allclose(pose.point, in_world(hand.in_blender(tip())), atol=1e-4 * pose.scale)
+            and abs(pose.pressure - hand.trigger) < 1e-3
+            and abs(hands.value_of(context, "splash_undo", side) - hand.a) < 1e-3
+            and abs(hands.value_of(context, "splash_generate", side) - hand.b) < 1e-3
+            and abs(hands.value_of(context, "splash_gain", side) - hand.stick) < 1e-3
+            for side, (pose, hand) in enumerate(zip(drawing.poses, self.last, strict=True))
+        )
+
+    def draw(self, side: int, path: np.ndarray, trigger: float = 0.8) -> Steps:
+        """Draw along a path ``(n, 3)``, OpenXR's axes, seen point by point."""
+        for place in path:
+            hand = replace(self.last[side], place=tuple(map(float, place)), trigger=trigger)
+            yield self.send(**{("left", "right")[side]: hand})
+        yield self.lift(side)
+
+    def lift(self, side: int) -> Condition:
+        """Release a trigger."""
+        return self.send(**{("left", "right")[side]: replace(self.last[side], trigger=0.0)})
+
+    def press(self, side: int, button: str) -> Steps:
+        """Press and release a button."""
+        for value in (True, False):
+            hand = replace(self.last[side], **{button: value})
+            yield self.send(**{("left", "right")[side]: hand})
+
+
+HANDS: Hands
+
+
+def tip() -> float:
+    return bpy.context.scene.splash_capture.tip
+
+
+def in_world(point: np.ndarray) -> np.ndarray:
+    """Return where the session's navigation has taken a point, with its scale."""
+    state = bpy.context.window_manager.xr_session_state
+    matrix = np.array(state.navigation_rotation.to_matrix())
+    moved = matrix @ (hands.scale_of(bpy.context) * np.asarray(point))
+    return moved + np.array(state.navigation_location)
+
+
+def blender_path(path: np.ndarray, reach: float = TIP) -> np.ndarray:
+    """Return the world path of the tip of an unturned hand along ``path``, both ``(n, 3)``."""
+    return np.array([in_world(Hand(tuple(place)).in_blender(reach)) for place in path])
+
+
+def circle(centre: Sequence[float], radius: float = 0.2, count: int = 24) -> np.ndarray:
+    """Return points on three quarters of a circle, upright before the viewer."""
+    angles = np.linspace(0.0, 1.5 * np.pi, count)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0.3 * angles], axis=1)
+    return np.asarray(centre) + radius * ring
+
+
+def in_view(operator: Callable[..., set[str]]) -> set[str]:
+    """Run an operator as a button of the 3D view's sidebar does."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    region = next(r for r in area.regions if r.type == "UI")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        return operator()
+
+
+def sketches() -> list[bpy.types.Object]:
+    return [
+        item
+        for item in bpy.context.scene.objects
+        if item.type == "GREASEPENCIL" and not feedback.is_ours(item)
+    ]
+
+
+def strokes() -> list[Drawing]:
+    """Return all strokes in the world."""
+    bpy.context.view_layer.update()
+    found = []
+    for sketch in sketches():
+        place = np.array(sketch.matrix_world.to_3x3().normalized())
+        for drawing in read_drawings(sketch)[0]:
+            points = drawing.points @ place.T + np.array(sketch.matrix_world.translation)
+            found.append(replace(drawing, points=points))
+    return found
+
+
+def away(points: np.ndarray, path: np.ndarray) -> float:
+    """Return the largest distance of points ``(n, 3)`` from a polyline ``(m, 3)``."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    along = np.einsum("nmk,mk->nm", points[:, None] - start, step)
+    share = np.clip(along / np.maximum((step**2).sum(1), 1e-30), 0, 1)
+    nearest = start + share[..., None] * step
+    return float(np.linalg.norm(points[:, None] - nearest, axis=2).min(1).max())
+
+
+def mean_speed(drawing: Drawing) -> float:
+    return float(arc_length(drawing.points)[-1] / (drawing.times[-1] - drawing.times[0]))
+
+
+def begin(stock: bool = False) -> Steps:
+    """Start a session and wait for its first poses."""
+    settings = bpy.context.window_manager.xr_session_settings
+    settings.use_absolute_tracking = True
+    settings.base_pose_type, settings.base_pose_location = "CUSTOM", (0.0, 0.0, 0.0)
+    settings.base_pose_angle = 0.0
+    HANDS.send(LEFT, RIGHT)
+    assert in_view(bpy.ops.splash.vr_drawing) == {"FINISHED"}
+    assert vr_drawing.current() is not None
+    assert action_set.original() == ("blender_default" if stock else "")
+    yield HANDS.seen
+
+
+def end() -> Steps:
+    """Stop, by the same button."""
+    assert in_view(bpy.ops.splash.vr_drawing) == {"FINISHED"}
+    assert vr_drawing.current() is None and vr_drawing.note() == ""
+    yield lambda: bpy.context.window_manager.xr_session_state is None
+    assert bpy.data.collections.get(feedback.COLLECTION) is None
+    assert not [item for item in bpy.data.objects if item.name.startswith(feedback.WET_INK)]
+
+
+def empty() -> None:
+    """Remove all objects, and make drafts fast and full splashes another resolution."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    settings = bpy.context.scene.splash.settings
+    settings.resolution, settings.real_size = "128", SIZE
+
+
+def one_stroke() -> Steps:
+    """Draw, undo, generate and change the gain with one hand; every pose is kept as it was."""
+    empty()
+    yield from begin()
+    path = circle((0.1, 1.3, -0.6))
+    yield from HANDS.draw(1, path)
+    (stroke,) = strokes()
+    assert len(np.unique(stroke.points, axis=0)) == len(path), "every pose is kept"
+    assert len(stroke.points) <= 2 * len(path), "and those that repeat are not"
+    assert away(stroke.points, blender_path(path)) < 1e-5
+    assert (np.diff(stroke.times) > 0).all() and stroke.times[0] == 0
+    yield from HANDS.draw(0, path - (0.5, 0, 0), trigger=0.4)
+    first, second = strokes()
+    pressures = [read.pressures.mean() for read in (first, second)]
+    assert np.allclose(pressures, (1.0, 0.5), atol=1e-3), "the trigger, over the largest"
+    assert len(sketches()) == 1
+    yield from HANDS.press(0, "a")
+    assert len(strokes()) == 1, "the button undoes"
+    in_view(bpy.ops.ed.undo)
+    yield lambda: len(strokes()) == 2
+    in_view(bpy.ops.ed.redo)
+    yield lambda: len(strokes()) == 1
+    yield from HANDS.draw(0, path - (0.4, 0, 0))
+    yield from HANDS.press(1, "stick")
+    assert bpy.context.scene.splash.settings.speed_gain == 8.0
+    yield from generated()
+    yield from end()
+    assert len(strokes()) >= 2
+
+
+def generated() -> Steps:
+    """Generate by a button: a draft, then the full splash, while one goes on drawing."""
+    before = len(strokes())
+    yield from HANDS.press(1, "b")
+    yield lambda: bool(splashes())
+    (splash,) = splashes()
+    draft = len(splash.data.vertices)
+    assert draft_then_full.making().stage == "full"
+    yield from HANDS.draw(1, circle((0.2, 1.2, -0.5), 0.1, 8))
+    assert len(strokes()) == before + 1, "one goes on drawing"
+    yield lambda: draft_then_full.making().stage == "done"
+    (splash,) = splashes()
+    assert len(splash.data.vertices) > 2 * draft
+    assert splash.splash.settings.resolution == "128"
+    assert splash.splash.sketch == sketches()[0]
+
+
+SCENES = {scene.__name__: scene for scene in (one_stroke,)}
+
+
+def everything(names: Sequence[str]) -> Steps:
+    """Play scenes one after the other."""
+    for name in names:
+        began = time.monotonic()
+        yield from SCENES[name]()
+        print(f"vr: {name} in {time.monotonic() - began:.1f} s", flush=True)
+
+
+def run(script: Steps) -> Callable[[], float | None]:
+    """Return a timer callback that takes ``script`` through its steps, then ends Blender."""
+    condition: Condition = lambda: True  # noqa: E731
+    since = time.monotonic()
+
+    def resume() -> float | None:
+        nonlocal condition, since
+        try:
+            if condition():
+                condition, since = next(script), time.monotonic()
+            assert time.monotonic() - since < PATIENCE, "nothing happens"
+        except StopIteration:
+            print("vr: works", flush=True)
+            os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            print("hands:", HANDS.last, flush=True)
+            if vr_drawing.current() is not None:
+                print("poses:", vr_drawing.current().poses, flush=True)
+            os._exit(1)
+        return 0.002
+
+    return resume
+
+
+if __name__ == "__main__":
+    liquid_splash_addon.register()
+    GENERATOR = TubeGenerator()
+    loaded_generator.get = lambda *_: GENERATOR
+    bpy.context.preferences.view.show_splash = False
+    HANDS = Hands()
+    words = sys.argv[sys.argv.index("--") + 1 :]
+    bpy.app.timers.register(run(everything(words)), first_interval=0.5, persistent=True)
