@@ -79,14 +79,20 @@ class Feeder:
         """Set both hands."""
         self.socket.sendall(packet(left, right))
 
-    def play(self, moments: Sequence[tuple[float, Hand, Hand]]) -> threading.Thread:
-        """Send hands at their times, seconds from now, in a thread that is returned."""
+    def play(
+        self, moments: Sequence[tuple[float, Hand, Hand]], sent: list[float]
+    ) -> threading.Thread:
+        """Send hands at their times, seconds from now, in a thread that is returned.
+
+        sent : gets the times at which they were really sent: a busy machine is late
+        """
 
         def run() -> None:
             began = time.perf_counter()
             for at, left, right in moments:
                 time.sleep(max(0.0, began + at - time.perf_counter()))
                 self.send(left, right)
+                sent.append(time.perf_counter())
 
         thread = threading.Thread(target=run, daemon=True)
         thread.start()

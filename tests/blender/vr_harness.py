@@ -27,7 +27,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 SKIP = 77
-SIZE = "800x600"
+SIZE = os.environ.get("VR_SIZE", "480x360")
 SECONDS = float(os.environ.get("VR_SECONDS", "240"))
 MANIFEST = Path("/usr/share/openxr/1/openxr_monado.json")
 DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.json")

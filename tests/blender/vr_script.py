@@ -12,7 +12,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,18 +24,21 @@ import numpy as np
 import liquid_splash_addon
 from liquid_splash_addon.blender.capture import action_set, feedback, hands, vr_drawing
 from liquid_splash_addon.blender.jobs import draft_then_full, loaded_generator
-from liquid_splash_addon.blender.scene.grease_pencil import layer_matrix, read_drawings
+from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.strokes import arc_length
 from tests.blender.monado import Feeder, Hand
 from tests.blender.sketching import SIZE, TubeGenerator, splashes
-from tests.blender.vr_motion import recorded_motion
+from tests.blender.vr_motion import PACE, RATE, Motion, made_motion, recorded_motion
 
 PATIENCE = 60.0
 """Seconds until a condition that does not come true is a failure."""
 
 EXACT = 1e-3
 """Metres: how far a recorded point may be from the path that was sent."""
+
+SPEED_ERROR = 0.1
+"""Share by which the mean speed of a stroke of a second or more may be off."""
 
 STOCK = "viewport_vr_preview"
 TIP = 0.05
@@ -111,7 +114,7 @@ def blender_path(path: np.ndarray, reach: float = TIP) -> np.ndarray:
     return np.array([in_world(Hand(tuple(place)).in_blender(reach)) for place in path])
 
 
-def circle(centre: Sequence[float], radius: float = 0.2, count: int = 24) -> np.ndarray:
+def circle(centre: Sequence[float], radius: float = 0.2, count: int = 12) -> np.ndarray:
     """Return points on three quarters of a circle, upright before the viewer."""
     angles = np.linspace(0.0, 1.5 * np.pi, count)
     ring = np.stack([np.cos(angles), np.sin(angles), 0.3 * angles], axis=1)
@@ -237,7 +240,163 @@ def generated() -> Steps:
     assert splash.splash.sketch == sketches()[0]
 
 
-SCENES = {scene.__name__: scene for scene in (one_stroke,)}
+def frame_rate() -> Generator[Condition, None, float]:
+    """Measure how many poses a second there are: on a busy machine, few."""
+    times = []
+
+    def seen() -> bool:
+        times.append(time.perf_counter())
+        return times[-1] - times[0] > 2.0
+
+    yield seen
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    print(f"vr: {rate:.1f} frames a second", flush=True)
+    return rate
+
+
+def played(motion: Motion) -> Steps:
+    """Play a motion of both hands, and compare every stroke with what was sent."""
+    before = len(strokes())
+    first = motion.moments[0]
+    yield HANDS.send(replace(first[1], trigger=0.0), replace(first[2], trigger=0.0))
+    stamps: list[float] = []
+    pace = PACE * max(1.0, RATE / (yield from frame_rate()))
+    thread = HANDS.feeder.play(motion.slowly(pace), stamps)
+    yield lambda: not thread.is_alive()
+    motion = motion.as_sent(stamps, pace)
+    HANDS.last = list(motion.moments[-1][1:])
+    yield HANDS.lift(0)
+    yield HANDS.lift(1)
+    sent = [stroke for side in range(2) for stroke in motion.strokes(side)]
+    drawn = strokes()[before:]
+    assert len(drawn) == len(sent), (len(drawn), len(sent))
+    worst, errors = 0.0, []
+    for times, path in sent:
+        points = np.array([in_world(hand.in_blender(tip())) for hand in path])
+        stroke = min(drawn, key=lambda drawing, points=points: away(drawing.points, points))
+        worst = max(worst, away(stroke.points, points) / hands.scale_of(bpy.context))
+        if times[-1] - times[0] >= 0.99:
+            truth = arc_length(points)[-1] / (times[-1] - times[0])
+            print(
+                "vr: lengths",
+                arc_length(points)[-1],
+                arc_length(stroke.points)[-1],
+                "seconds",
+                times[-1] - times[0],
+                stroke.times[-1] / pace,
+                len(stroke.points),
+                flush=True,
+            )
+            errors.append(abs(pace * mean_speed(stroke) / truth - 1))
+    print(f"vr: {worst * 1e3:.4f} mm away, speeds off by {errors}", flush=True)
+    assert worst < EXACT, worst
+    assert errors and max(errors) < SPEED_ERROR, errors
+
+
+def two_hands() -> Steps:
+    """Draw with both hands at once, as the session stands, then where it was moved and scaled."""
+    empty()
+    yield from begin()
+    yield from played(made_motion())
+    state = bpy.context.window_manager.xr_session_state
+    state.navigation_location, state.navigation_scale = (2.0, -1.0, 0.5), 3.0
+    state.navigation_rotation = (0.9238795, 0.0, 0.0, 0.3826834)  # 45 degrees about Z
+    yield HANDS.send(LEFT, RIGHT)
+    yield from HANDS.draw(1, circle((0.1, 1.3, -0.6)))
+    path = blender_path(circle((0.1, 1.3, -0.6)))
+    assert away(strokes()[-1].points, path) < 3 * EXACT
+    assert np.ptp(path, axis=0).max() > 0.9, "three times as large"
+    yield from end()
+
+
+def recorded() -> Steps:
+    """Draw as a person did."""
+    motion = recorded_motion()
+    if motion is None:
+        print("vr: skipped, the recording is not here", flush=True)
+        return
+    empty()
+    yield from begin()
+    yield from played(motion)
+    yield from end()
+
+
+def stock() -> Steps:
+    """Draw beside the stock add-on: its trigger teleports, but not while one draws."""
+    bpy.ops.preferences.addon_enable(module=STOCK)
+    empty()
+    for _ in range(2):
+        yield from begin(stock=True)
+        yield from HANDS.draw(1, circle((0.1, 1.3, -0.6)))
+        state = bpy.context.window_manager.xr_session_state
+        assert state.navigation_location.length == 0.0, "the trigger does not teleport"
+        made = state.actionmaps.find(state, action_set.NAME)
+        names = {item.name for item in made.actionmap_items}
+        assert {"nav_grab", "fly_forward", "controller_aim"} <= names, names
+        assert not {"teleport", "viewfinder_capture"} & names, names
+        vr_drawing.current().owns_session = False
+        in_view(bpy.ops.splash.vr_drawing)
+        count = len(strokes())
+        assert hands.is_running(bpy.context), "the session goes on"
+        # The stock teleport aims at the floor: look down, and pull the trigger.
+        down = (-0.7071068, 0.0, 0.0, 0.7071068)
+        floor()
+        for trigger in (0.0, 1.0, 1.0, 0.0):
+            HANDS.send(right=Hand((0.3, 1.3, -0.5), down, trigger))
+            yield after(0.6)
+        yield lambda: bpy.context.window_manager.xr_session_state.navigation_location.length > 0.1
+        assert len(strokes()) == count, "nobody draws"
+        in_view(bpy.ops.wm.xr_session_toggle)
+        yield lambda: not hands.is_running(bpy.context)
+        # Once more, with the stock add-on's handler before ours in the list.
+        handlers = bpy.app.handlers.xr_session_start_pre
+        handlers.remove(action_set.before_session)
+        handlers.append(action_set.before_session)
+        empty()
+
+
+def floor() -> None:
+    """Add something to teleport to."""
+    mesh = bpy.data.meshes.new("Floor")
+    corners = [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Floor", mesh))
+    bpy.context.view_layer.update()
+
+
+def after(seconds: float) -> Condition:
+    """Return the condition that some time has passed."""
+    until = time.monotonic() + seconds
+    return lambda: time.monotonic() > until
+
+
+def killed() -> Steps:
+    """Lose the runtime in the middle of a stroke: what was drawn is kept, and Blender goes on."""
+    empty()
+    yield from begin()
+    path = circle((0.1, 1.3, -0.6))
+    yield from HANDS.draw(0, path - (0.5, 0, 0))
+    for place in path:
+        yield HANDS.send(right=Hand(tuple(map(float, place)), trigger=0.8))
+    assert vr_drawing.current().pens[1].is_down and len(strokes()) == 1
+    os.kill(int(os.environ["VR_SERVICE"]), signal.SIGKILL)
+    yield lambda: vr_drawing.current() is None
+    assert vr_drawing.note() == vr_drawing.ENDED
+    assert len(strokes()) == 2, "finished or not"
+    assert bpy.data.collections.get(feedback.COLLECTION) is None
+    in_view(bpy.ops.ed.undo)
+    assert len(strokes()) == 1
+    yield after(0.5)
+    try:
+        in_view(bpy.ops.splash.vr_drawing)
+    except RuntimeError as error:
+        assert "No VR runtime" in str(error), error
+    else:
+        raise AssertionError("there is no runtime to start with")
+    assert vr_drawing.current() is None
+
+
+SCENES = {scene.__name__: scene for scene in (one_stroke, two_hands, recorded, stock, killed)}
 
 
 def everything(names: Sequence[str]) -> Steps:

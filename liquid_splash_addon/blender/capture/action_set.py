@@ -69,8 +69,8 @@ def action_map(state: Any) -> Any:
     else:
         made = state.actionmaps.new_from_actionmap(state, found)
         made.name = NAME
-        leave_out_conflicts(made)
         leave_out_extensions(made)
+        leave_out_conflicts(made)
     add_buttons(made)
     return made
 

@@ -106,8 +106,12 @@ def name_of(action: str, hand: int) -> str:
 
 
 def component(path: str) -> str:
-    """Return which part of a controller a path is about: ``/input/trigger/value`` the trigger."""
-    return "/".join(path.split("/")[:3])
+    """Return which part of a controller a path is about: ``/input/trigger/value`` the trigger.
+
+    Pressing a stick or pad is another part than moving it.
+    """
+    _, _, part, what = path.split("/")
+    return f"{part}/{what}" if part in {"thumbstick", "trackpad"} else part
 
 
 def used_inputs() -> set[tuple[str, str, str]]:
