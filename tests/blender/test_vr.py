@@ -170,7 +170,7 @@ def test_every_controller_draws_with_both_hands_and_is_described():
 def test_without_a_session_nothing_is_drawn_and_the_panel_says_so():
     assert vr_drawing.current() is None and vr_drawing.look() is None
     vr_drawing.stop(bpy.context)
-    shown = "\n".join(drawn(vr_panel.SPLASH_PT_vr))
+    shown = drawn(vr_panel.SPLASH_PT_vr)
     assert "No VR session" in shown or "without virtual reality" in shown
     for word in ("Tip", "Trigger", "Undo Stroke"):
         assert word in shown

@@ -31,11 +31,14 @@ from tests.blender.monado import Feeder, Hand
 from tests.blender.sketching import SIZE, TubeGenerator, splashes
 from tests.blender.vr_motion import PACE, RATE, Motion, made_motion, recorded_motion
 
-PATIENCE = 60.0
+PATIENCE = 180.0
 """Seconds until a condition that does not come true is a failure."""
 
 EXACT = 1e-3
 """Metres: how far a recorded point may be from the path that was sent."""
+
+SLOWEST = 6.0
+"""Times as slow as PACE that motions are played at most, where other work takes the cores."""
 
 SPEED_ERROR = 0.1
 """Share by which the mean speed of a stroke of a second or more may be off."""
@@ -260,7 +263,7 @@ def played(motion: Motion) -> Steps:
     first = motion.moments[0]
     yield HANDS.send(replace(first[1], trigger=0.0), replace(first[2], trigger=0.0))
     stamps: list[float] = []
-    pace = PACE * max(1.0, RATE / (yield from frame_rate()))
+    pace = PACE * min(max(1.0, RATE / (yield from frame_rate())), SLOWEST)
     thread = HANDS.feeder.play(motion.slowly(pace), stamps)
     yield lambda: not thread.is_alive()
     motion = motion.as_sent(stamps, pace)
@@ -277,18 +280,9 @@ def played(motion: Motion) -> Steps:
         worst = max(worst, away(stroke.points, points) / hands.scale_of(bpy.context))
         if times[-1] - times[0] >= 0.99:
             truth = arc_length(points)[-1] / (times[-1] - times[0])
-            print(
-                "vr: lengths",
-                arc_length(points)[-1],
-                arc_length(stroke.points)[-1],
-                "seconds",
-                times[-1] - times[0],
-                stroke.times[-1] / pace,
-                len(stroke.points),
-                flush=True,
-            )
             errors.append(abs(pace * mean_speed(stroke) / truth - 1))
-    print(f"vr: {worst * 1e3:.4f} mm away, speeds off by {errors}", flush=True)
+    off = ", ".join(f"{error:.1%}" for error in errors)
+    print(f"vr: {worst * 1e3:.4f} mm away, speeds off by {off}", flush=True)
     assert worst < EXACT, worst
     assert errors and max(errors) < SPEED_ERROR, errors
 
@@ -347,12 +341,13 @@ def stock() -> Steps:
         yield lambda: bpy.context.window_manager.xr_session_state.navigation_location.length > 0.1
         assert len(strokes()) == count, "nobody draws"
         in_view(bpy.ops.wm.xr_session_toggle)
-        yield lambda: not hands.is_running(bpy.context)
+        yield lambda: bpy.context.window_manager.xr_session_state is None
         # Once more, with the stock add-on's handler before ours in the list.
         handlers = bpy.app.handlers.xr_session_start_pre
         handlers.remove(action_set.before_session)
         handlers.append(action_set.before_session)
         empty()
+    bpy.ops.preferences.addon_disable(module=STOCK)
 
 
 def floor() -> None:

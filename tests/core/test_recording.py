@@ -152,8 +152,12 @@ def test_the_tip_is_in_front_of_the_aim():
     quarter = np.sqrt(0.5)
     np.testing.assert_allclose(tip_of((1, 2, 3), (1, 0, 0, 0), 0.1, 2.0), (1, 2, 2.8))
     # Upright in Blender: a quarter turn about X makes -Z point along +Y.
-    np.testing.assert_allclose(tip_of((0, 0, 0), (quarter, quarter, 0, 0), 0.1), (0, 0.1, 0))
-    np.testing.assert_allclose(tip_of((0, 0, 0), (quarter, 0, quarter, 0), 0.1), (-0.1, 0, 0))
+    np.testing.assert_allclose(
+        tip_of((0, 0, 0), (quarter, quarter, 0, 0), 0.1), (0, 0.1, 0), atol=1e-9
+    )
+    np.testing.assert_allclose(
+        tip_of((0, 0, 0), (quarter, 0, quarter, 0), 0.1), (-0.1, 0, 0), atol=1e-9
+    )
     assert 0 < RecordingSettings().tip < 0.2
 
 

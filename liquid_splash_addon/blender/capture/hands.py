@@ -82,3 +82,8 @@ def is_running(context: bpy.types.Context) -> bool:
     """Whether there is a session."""
     kind: Any = bpy.types.XrSessionState
     return bool(kind.is_running(context))
+
+
+def is_ending(context: bpy.types.Context) -> bool:
+    """Whether a session was told to end and the runtime has not let go of it yet."""
+    return context.window_manager.xr_session_state is not None and not is_running(context)

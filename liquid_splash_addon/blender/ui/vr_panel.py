@@ -30,10 +30,13 @@ class SPLASH_OT_vr_drawing(bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         """Whether this Blender can, and there is a window."""
         if not bpy.app.build_options.xr_openxr:
             cls.poll_message_set(NO_XR)
+            return False
+        if hands.is_ending(context):
+            cls.poll_message_set("The last VR session is still ending")
             return False
         return not bpy.app.background
 
