@@ -391,7 +391,62 @@ def killed() -> Steps:
     assert vr_drawing.current() is None
 
 
-SCENES = {scene.__name__: scene for scene in (one_stroke, two_hands, recorded, stock, killed)}
+def pictures() -> Steps:
+    """Take pictures of the screen, which mirrors the headset: while a stroke is drawn, and after."""
+    empty()
+    window = bpy.context.window_manager.windows[0]
+    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    area.spaces.active.show_region_ui = True
+    yield after(1.0)
+    with bpy.context.temp_override(window=window, area=area):
+        next(r for r in area.regions if r.type == "UI").active_panel_category = "Splash"
+    yield from begin()
+    area.spaces.active.mirror_xr_session = True
+    for height in (1.5, 1.65):
+        yield from HANDS.draw(0, circle((-0.25, height, -1.2), 0.15, 16))
+    place = circle((0.15, 1.55, -1.2), 0.2, 24)
+    for n in np.cumsum(np.linspace(0.2, 2.0, 24)).astype(int):
+        if n < len(place):
+            yield HANDS.send(right=Hand(tuple(map(float, place[n])), trigger=0.9))
+            yield after(0.1)
+    yield after(0.5)
+    picture("drawing")
+    yield HANDS.lift(1)
+    yield from HANDS.press(1, "b")
+    yield lambda: draft_then_full.making().stage == "done"
+    yield after(1.0)
+    picture("generated")
+    yield from end()
+
+
+def picture(name: str) -> None:
+    """Save what the screen shows, where pictures are wanted."""
+    folder = os.environ.get("VR_PICTURES")
+    if folder:
+        window = bpy.context.window_manager.windows[0]
+        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+        with bpy.context.temp_override(window=window):
+            bpy.ops.screen.screenshot(filepath=str(Path(folder) / f"{name}.png"))
+
+
+SCENES = {
+    scene.__name__: scene for scene in (one_stroke, two_hands, recorded, stock, killed, pictures)
+}
+
+
+STEPS: list[float] = []
+"""Seconds that the add-on took in each frame."""
+
+
+def timed(step: Callable[..., None]) -> Callable[..., None]:
+    """Have a method note how long it takes."""
+
+    def run(*given: object) -> None:
+        began = time.perf_counter()
+        step(*given)
+        STEPS.append(time.perf_counter() - began)
+
+    return run
 
 
 def everything(names: Sequence[str]) -> Steps:
@@ -400,6 +455,8 @@ def everything(names: Sequence[str]) -> Steps:
         began = time.monotonic()
         yield from SCENES[name]()
         print(f"vr: {name} in {time.monotonic() - began:.1f} s", flush=True)
+    longest = sorted(STEPS)[-3:]
+    print(f"vr: steps {np.median(STEPS) * 1e3:.2f} ms, longest {longest}", flush=True)
 
 
 def run(script: Steps) -> Callable[[], float | None]:
@@ -432,6 +489,7 @@ if __name__ == "__main__":
     GENERATOR = TubeGenerator()
     loaded_generator.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False
+    vr_drawing.DrawingSession.step = timed(vr_drawing.DrawingSession.step)
     HANDS = Hands()
     words = sys.argv[sys.argv.index("--") + 1 :]
     bpy.app.timers.register(run(everything(words)), first_interval=0.5, persistent=True)
