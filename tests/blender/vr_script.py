@@ -9,6 +9,7 @@ Blender's main loop, and with it the session, goes on between them.
 
 import os
 import signal
+import subprocess
 import sys
 import time
 import traceback
@@ -392,7 +393,7 @@ def killed() -> Steps:
 
 
 def pictures() -> Steps:
-    """Take pictures of the screen, which mirrors the headset: while a stroke is drawn, and after."""
+    """Take pictures of the screen, which mirrors the headset: in a stroke, and with the splash."""
     empty()
     window = bpy.context.window_manager.windows[0]
     area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
@@ -423,10 +424,8 @@ def picture(name: str) -> None:
     """Save what the screen shows, where pictures are wanted."""
     folder = os.environ.get("VR_PICTURES")
     if folder:
-        window = bpy.context.window_manager.windows[0]
-        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
-        with bpy.context.temp_override(window=window):
-            bpy.ops.screen.screenshot(filepath=str(Path(folder) / f"{name}.png"))
+        # Blender's own screenshot is black while a session runs.
+        subprocess.run(["import", "-window", "root", Path(folder) / f"{name}.png"], check=True)
 
 
 SCENES = {
