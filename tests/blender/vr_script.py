@@ -26,6 +26,8 @@ import liquid_splash_addon
 from liquid_splash_addon.blender.capture import action_set, feedback, hands, vr_drawing
 from liquid_splash_addon.blender.jobs import draft_then_full, loaded_generator
 from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
+from liquid_splash_addon.blender.ui import vr_panel
+from liquid_splash_addon.core.sketch import speed_colours
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.strokes import arc_length
 from tests.blender.monado import Feeder, Hand
@@ -395,6 +397,7 @@ def killed() -> Steps:
 def pictures() -> Steps:
     """Take pictures of the screen, which mirrors the headset: in a stroke, and with the splash."""
     empty()
+    speed_colours.FAST = 0.1  # without a GPU, poses come at the pace of a snail
     window = bpy.context.window_manager.windows[0]
     area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
     area.spaces.active.show_region_ui = True
@@ -403,19 +406,19 @@ def pictures() -> Steps:
         next(r for r in area.regions if r.type == "UI").active_panel_category = "Splash"
     yield from begin()
     area.spaces.active.mirror_xr_session = True
+    bpy.utils.unregister_class(bpy.types.SPLASH_PT_vr)
+    vr_panel.SPLASH_PT_vr.bl_options, vr_panel.SPLASH_PT_vr.bl_order = set(), 0
+    bpy.utils.register_class(vr_panel.SPLASH_PT_vr)
     for height in (1.5, 1.65):
         yield from HANDS.draw(0, circle((-0.25, height, -1.2), 0.15, 16))
     place = circle((0.15, 1.55, -1.2), 0.2, 24)
-    for n in np.cumsum(np.linspace(0.2, 2.0, 24)).astype(int):
-        if n < len(place):
-            yield HANDS.send(right=Hand(tuple(map(float, place[n])), trigger=0.9))
-            yield after(0.1)
-    yield after(0.5)
+    for n in sorted({int(n) for n in np.linspace(0, 23**0.5, 16) ** 2}):
+        yield HANDS.send(right=Hand(tuple(map(float, place[n])), trigger=0.9))
     picture("drawing")
     yield HANDS.lift(1)
     yield from HANDS.press(1, "b")
     yield lambda: draft_then_full.making().stage == "done"
-    yield after(1.0)
+    yield from HANDS.press(1, "stick")
     picture("generated")
     yield from end()
 

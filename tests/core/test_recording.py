@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Poses of tracked hands to drawings."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,14 @@ from liquid_splash_addon.core.sketch.recording import (
     next_gain,
     tip_of,
 )
-from liquid_splash_addon.core.sketch.speed_colours import FAST, RAMP, colours_of
+from liquid_splash_addon.core.sketch.speed_colours import (
+    FAST,
+    LEVELS,
+    RAMP,
+    colours_of,
+    level_colours,
+    pieces_of,
+)
 from liquid_splash_addon.core.sketch.strokes import arc_length
 
 RATE = 90.0
@@ -176,3 +185,13 @@ def test_colours_go_from_slow_to_fast():
     np.testing.assert_allclose(colours[0, :3], RAMP[0], atol=1e-6)
     np.testing.assert_allclose(colours[1, :3], RAMP[2], atol=1e-6)
     np.testing.assert_array_equal(colours[2], colours[3])
+
+
+def test_a_stroke_is_cut_where_its_colour_changes():
+    speeds = np.linspace(0.0, 2 * FAST, 101)
+    pieces = pieces_of(speeds)
+    assert [level for _, _, level in pieces] == list(range(LEVELS))
+    assert pieces[0][0] == 0 and pieces[-1][1] == 100
+    assert all(a[1] == b[0] for a, b in pairwise(pieces)), "they meet"
+    assert pieces_of(np.zeros(2)) == [(0, 1, 0)]
+    np.testing.assert_allclose(level_colours()[0], colours_of(np.array([FAST / LEVELS / 2]))[0])

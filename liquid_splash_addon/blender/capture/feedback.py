@@ -16,16 +16,17 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
-from ...core.sketch.recording import Pen, Pose
-from ...core.sketch.speed_colours import colours_of
+from ...core.sketch.drawing import Drawing
+from ...core.sketch.recording import Pen, Pose, Recording
+from ...core.sketch.speed_colours import level_colours, pieces_of
 from ..jobs import draft_then_full
 from ..scene.sketch import INK_RADIUS, add_strokes, new_sketch
 
 COLLECTION = "Splash VR"
-WET_INK, MESSAGE = "Splash Wet Ink", "Splash VR Message"
+WET_INK, MESSAGE, MATERIAL = "Splash Wet Ink", "Splash VR Message", "Splash VR Colour"
 PENS = ("Splash Pen Left", "Splash Pen Right")
 
-PEN_RADIUS, LETTER = 0.004, 0.02
+PEN_RADIUS, LETTER = 0.006, 0.035
 """Of a pen's tip, and height of letters: metres of the hand."""
 
 PEN_COLOUR = (1.0, 1.0, 1.0, 1.0)
@@ -65,6 +66,7 @@ def hide() -> None:
         bpy.data.objects.remove(item)
         bpy.data.batch_remove([data])
     bpy.data.collections.remove(collection)
+    bpy.data.batch_remove([item for item in bpy.data.materials if item.name.startswith(MATERIAL)])
 
 
 def make(context: bpy.types.Context) -> None:
@@ -73,6 +75,9 @@ def make(context: bpy.types.Context) -> None:
     collection = bpy.data.collections.new(COLLECTION)
     ink = new_sketch(context, Matrix())
     ink.name = WET_INK
+    ink.data.materials.clear()
+    for material in ink_materials():
+        ink.data.materials.append(material)
     for other in list(ink.users_collection):
         other.objects.unlink(ink)
     text = bpy.data.curves.new(MESSAGE, "FONT")
@@ -81,9 +86,12 @@ def make(context: bpy.types.Context) -> None:
     items = [ink, bpy.data.objects.new(MESSAGE, text)]
     items += [bpy.data.objects.new(name, ball.copy()) for name in PENS]
     bpy.data.meshes.remove(ball)
+    white = bpy.data.materials.new(MATERIAL)
+    white.diffuse_color = PEN_COLOUR
     for item in items:
         collection.objects.link(item)
-        item.color = PEN_COLOUR
+        if item is not ink:
+            item.data.materials.append(white)
         item.show_in_front = item.hide_render = item.hide_select = True
     context.scene.collection.children.link(collection)
 
@@ -117,12 +125,37 @@ def show_ink(pens: Sequence[Pen]) -> None:
     if count:
         drawing.remove_strokes()
     if wet:
-        add_strokes(item, [one.drawing() for one in wet], radius=INK_RADIUS * wet[0].poses[0].scale)
-        colours = np.concatenate([colours_of(np.array(one.speeds)) for one in wet])
-        known = drawing.attributes.get("vertex_color")
-        attribute = known or drawing.attributes.new("vertex_color", "FLOAT_COLOR", "POINT")
-        attribute.data.foreach_set("color", colours.ravel())
+        add_pieces(item, drawing, wet)
     item.data.update_tag()
+
+
+def add_pieces(item: bpy.types.Object, drawing: Any, wet: Sequence[Recording]) -> None:
+    """Add strokes in pieces of one speed, each with its material.
+
+    Solid shading shows no colours of points beside those of materials.
+    """
+    pieces, levels = [], []
+    for recording in wet:
+        whole = recording.drawing()
+        for first, last, level in pieces_of(np.array(recording.speeds)):
+            part = slice(first, last + 1)
+            pieces.append(Drawing(whole.points[part], None, np.asarray(whole.pressures)[part]))
+            levels.append(level)
+    add_strokes(item, pieces, radius=INK_RADIUS * wet[0].poses[0].scale)
+    known = drawing.attributes.get("material_index")
+    attribute = known or drawing.attributes.new("material_index", "INT", "CURVE")
+    attribute.data.foreach_set("value", levels)
+
+
+def ink_materials() -> list[bpy.types.Material]:
+    """Make the materials of wet ink, from slow to fast."""
+    made = []
+    for colour in level_colours():
+        material = bpy.data.materials.new(MATERIAL)
+        bpy.data.materials.create_gpencil_data(material)
+        material.grease_pencil.color = colour
+        made.append(material)
+    return made
 
 
 def text_to_show(shown: Shown) -> str:
