@@ -59,11 +59,12 @@ def make(out: Path) -> None:
             strokes, _ = read(sketch(name), settings)
             for kind, steps in (("bare", ()), ("fresh", fresh.steps)):
                 splash = make_splash(strokes, settings, generator, refinements=steps)
-                mesh, frame = splash.mesh, splash.frame
+                mesh, scale = splash.mesh, splash.frame.scale
                 np.savez(
                     out / f"{name}_{cells}_{kind}.npz",
                     vertices=mesh.vertices, faces=mesh.faces, velocities=mesh.velocities,
-                    cell=splash.fields.grid.spacing / frame.scale,
+                    # Older checkouts have a number for the scale.
+                    cell=splash.fields.grid.spacing / getattr(scale, "length", scale),
                 )  # fmt: skip
 
 

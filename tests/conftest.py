@@ -5,6 +5,7 @@ import importlib.util
 import os
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -18,16 +19,10 @@ HAS_BPY = importlib.util.find_spec("bpy") is not None
 
 
 def left_out() -> list[str]:
-    """Return what this way of testing leaves out: each test runs where it may have an effect.
-
-    Training needs no Blender. Core depends on Python and its libraries, which a Blender program
-    brings along; Blender's Python module runs in the Python that tests them without it.
-    """
+    """Return what this way of testing leaves out: only what is about Blender needs it."""
     if not HAS_BPY:
         return ["blender"]
-    import bpy
-
-    return ["training", "core"] if bpy.app.module else ["training"]
+    return ["training", "core", *(path.name for path in Path(__file__).parent.glob("test_*.py"))]
 
 
 collect_ignore = left_out()

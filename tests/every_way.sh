@@ -5,6 +5,7 @@
 #
 #     tests/every_way.sh [--only plain|bpy|bpy-next|blender] [options for pytest]
 #
+# Plain Python has a core of its own beside the other ways, one after the other; its output comes last.
 # A way that cannot be had here is skipped with a line that says why; asked for by --only, it is a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -20,6 +21,7 @@ fi
 chosen=$#
 blender=${BLENDER:-}
 export OMP_WAIT_POLICY=PASSIVE
+plain=(env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py)
 
 wanted() {
     [ -z "$only" ] || [ "$only" = "$1" ]
@@ -67,10 +69,22 @@ run_next_module() {
 
 # Provisioning comes first: who starts it should not wait for tests to learn that it fails.
 ! wanted blender || find_blender
-! wanted plain || run "plain Python" env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py "$@"
+if [ -n "$only" ]; then
+    ! wanted plain || run "plain Python" "${plain[@]}" "$@"
+else
+    said=$(mktemp)
+    OMP_NUM_THREADS=1 "${plain[@]}" "$@" > "$said" 2>&1 &
+    beside=$!
+    trap 'kill "$beside" 2>/dev/null; rm -f "$said"' EXIT
+    export OMP_NUM_THREADS=1
+fi
 ! wanted bpy || run "bpy" "$python" tests/run.py "$@"
 ! wanted bpy-next || run_next_module "$@"
 ! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
+if [ -z "$only" ]; then
+    report() { wait "$beside" && status=0 || status=$?; cat "$said"; return "$status"; }
+    run "plain Python" report
+fi
 
 if [ ${#failed[@]} -gt 0 ]; then
     printf 'Failed: %s\n' "${failed[@]}" >&2

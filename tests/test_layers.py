@@ -17,9 +17,10 @@ NEVER = {"training", "liquid_splash_addon"}
 
 ROOMS = {
     "liquid_splash_addon.core": (
-        "settings grid progress packages compiled_code compiling",
-        "numeric", "fluid", "sketch", "condition", "liquid", "generator",
-        "mesh", "obstacles", "refinement", "composition", "pipeline", "rehearsal",
+        "settings grid scale progress packages compiled_code compiling",
+        "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
+        "mesh", "obstacles", "refinement", "composition", "animation", "pipeline",
+        "rehearsal",
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "capture", "ui"),
     "training": (

@@ -23,6 +23,7 @@ from .data import (
     capture,
     index,
     model,
+    motion,
     obstacle_group,
     preferences,
     properties,
@@ -39,14 +40,19 @@ from .jobs import (
     work_queue,
 )
 from .scene import drop_points, model_parts
+from .scene import motion as scene_motion
 from .ui import (
+    export_vdb,
     model_operators,
     model_panel,
+    motion_operators,
+    motion_panel,
     operators,
     panels,
     refinement_operators,
     refinement_panel,
     sketch_presets,
+    stroke_files,
     vr_panel,
 )
 
@@ -57,6 +63,7 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    motion,
     capture,
     preferences,
     work_queue,
@@ -69,13 +76,18 @@ MODULES = (
     vr_drawing,
     drop_points,
     model_parts,
+    scene_motion,
     operators,
     model_operators,
     sketch_presets,
+    stroke_files,
     refinement_operators,
+    motion_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
+    motion_panel,
     vr_panel,
 )
 

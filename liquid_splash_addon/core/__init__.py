@@ -3,7 +3,8 @@
 
 Rooms, in the order in which a sketch becomes a splash; each imports only from those above it::
 
-    settings, grid, progress   parameters; metres to cells; how work reports and is cancelled
+    settings, grid, scale, progress   parameters; metres to cells; a drawing's units and seconds to
+                 the liquid's; how work reports and is cancelled
     numeric      compiled arithmetic on arrays and cells
     fluid        the liquid's physics on sparse cells
     sketch       strokes with a velocity at every point, their local frame  (paper, 4.1, 4.2.3)
@@ -14,6 +15,7 @@ Rooms, in the order in which a sketch becomes a splash; each imports only from t
     obstacles    meshes that liquid keeps out of
     refinement   droplets, ruptures, capillary waves                        (paper, 5)
     composition  several splashes as one liquid
+    animation    what solvers and exporters start from
     pipeline     all of it: ``make_splash(strokes, settings, generator)``
 
 Conventions

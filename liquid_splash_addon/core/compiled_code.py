@@ -2,7 +2,8 @@
 """Where the code that numba compiles is kept, so that each machine compiles it once.
 
 numba notices when a function changes, but not when another that it calls does. So the code is kept
-in a folder named by all of core's sources. Needs no numba: numba asks where when it is imported.
+in a folder named by all of core's sources; in a checkout, where they change all the time, with a
+hash of those sources that matter. Needs no numba: numba asks where when it is imported.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import re
 import shutil
 import sys
 import tempfile
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -27,6 +29,9 @@ DIGITS = 8
 
 OURS = re.compile(rf"[0-9a-f]{{{DIGITS}}}")
 """Names of the folders, also those of other versions."""
+
+IMPORT = re.compile(r"^\s*from (\.+)([\w.]*) import \(?([\w, ]+)", re.MULTILINE)
+"""A relative import: dots, module, and the names on the same line."""
 
 PROBE = bytes(1 << 20)
 """What is written to see whether there is room: a disk that is full still takes empty files."""
@@ -43,6 +48,32 @@ def sources_hash() -> str:
         found.update(path.relative_to(CORE).as_posix().encode() + b"\0")
         found.update(hashlib.sha256(path.read_bytes()).digest())
     return found.hexdigest()[:DIGITS]
+
+
+@cache
+def used_hash(source: Path) -> str:
+    """Return what tells a source of core, and all that it imports of core, from other versions."""
+    found, waiting = {source}, [source]
+    while waiting:
+        for path in imported(waiting.pop()) - found:
+            found.add(path)
+            waiting.append(path)
+    digest = hashlib.sha256(numba_version().encode())
+    for path in sorted(found):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def imported(source: Path) -> frozenset[Path]:
+    """Return the sources that ``source`` imports by relative imports."""
+    paths = set()
+    for dots, module, names in IMPORT.findall(source.read_text(encoding="utf-8")):
+        at = source.parents[len(dots) - 1].joinpath(*module.split("."))
+        candidates = [at.with_suffix(".py"), at / "__init__.py"]
+        candidates += [at / f"{name.strip().partition(' ')[0]}.py" for name in names.split(",")]
+        paths |= {path for path in candidates if path.is_file()}
+    return frozenset(paths)
 
 
 def numba_version() -> str:
@@ -152,5 +183,10 @@ def is_complete() -> bool:
 
 def marker(folder: Path) -> Path:
     """Return the file that says of ``folder`` that it is complete, for this machine and Python."""
+    return machine_file(folder, "complete")
+
+
+def machine_file(folder: Path, name: str) -> Path:
+    """Return the file ``name`` of this machine and Python in ``folder``: homes may be shared."""
     machine = f"{platform.node()} {platform.machine()} {sys.implementation.cache_tag}"
-    return folder / f"complete-{hashlib.sha256(machine.encode()).hexdigest()[:DIGITS]}"
+    return folder / f"{name}-{hashlib.sha256(machine.encode()).hexdigest()[:DIGITS]}"

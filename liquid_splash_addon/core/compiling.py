@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from . import compiled_code
@@ -17,6 +18,13 @@ from numba.core.sigutils import normalize_signature  # noqa: E402
 
 class KeptCode(FunctionCache):
     """The code kept of one function. What cannot be read or written is compiled and not kept."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Take the code of ``function``. Raises RuntimeError where there is no folder for it."""
+        super().__init__(function)
+        if compiled_code.folder() is None:  # else the folder is of these very sources
+            source = Path(function.__code__.co_filename)
+            self._cache_file._source_stamp = compiled_code.used_hash(source)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for argument types; None if it is not there, damaged or another's."""

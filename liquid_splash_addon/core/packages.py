@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import importlib.machinery
 import importlib.util
+import os
+import sys
+from pathlib import Path
 from types import ModuleType
 
 PACKAGES = {
@@ -48,11 +52,31 @@ def load(module: str) -> ModuleType:
         if not is_installed(module):
             raise PackageError(f"Not installed: {PACKAGES[module]}. {ADVICE}")
         try:
+            if module == "torch" and module not in sys.modules:
+                preload_torch()
             return importlib.import_module(module)
         except Exception as error:  # of any kind: ValueError where it is for another NumPy
             _broken[module] = first_line(error)
             raise broken(module) from error
     raise broken(module)
+
+
+def preload_torch() -> None:
+    """Load torch's largest library without holding Python's lock, so that importing it is short.
+
+    It takes half a second, in which Blender's interface would stand still. On Windows torch does
+    the like itself. Where this fails, the import says why.
+    """
+    spec = importlib.util.find_spec("torch")
+    if os.name != "posix" or spec is None or spec.origin is None:
+        return
+    ending = "dylib" if sys.platform == "darwin" else "so"
+    library = Path(spec.origin).parent / "lib" / f"libtorch_cpu.{ending}"
+    # Called as a function of the C library, for which ctypes lets go of the lock in any version.
+    dlopen = ctypes.CDLL(None).dlopen
+    dlopen.argtypes, dlopen.restype = (ctypes.c_char_p, ctypes.c_int), ctypes.c_void_p
+    if library.is_file():
+        dlopen(os.fsencode(library), os.RTLD_NOW)
 
 
 def broken(module: str) -> PackageError:

@@ -126,8 +126,9 @@ def rehearse(report: Report = silent) -> None:
 def useful_precisions() -> list[str]:
     """List the number formats that are not much slower here than others, the fastest last."""
     load_torch()
-    from .generator.precision import PRECISIONS, seconds
+    from .generator.precision import PRECISIONS, known_fastest, seconds
 
+    known_fastest("cpu")  # the first splash need not measure it
     taken = {name: seconds("cpu", name, repeats=1) for name in PRECISIONS}
     most = SLOWEST * taken["float32"]
     return sorted((name for name in taken if taken[name] <= most), key=lambda n: -taken[n])

@@ -45,7 +45,17 @@ class SplashSettings(Settings):
         "Where the speed of the strokes comes from",
         items=(
             ("TIME", "Recorded Time", "The time at which each point was drawn"),
-            ("PRESSURE", "Pressure", "Pen pressure times the stroke speed"),
+            (
+                "PRESSURE",
+                "Pressure",
+                "Pen pressure, or the radius of a curve, times the stroke speed",
+            ),
+            (
+                "ATTRIBUTE",
+                "Attribute",
+                "The attribute 'speed' of each point, in units per second; where there is none, "
+                "the recorded time",
+            ),
             ("CONSTANT", "Constant", "The stroke speed"),
         ),
     )
@@ -63,6 +73,14 @@ class SplashSettings(Settings):
         "Liquid speed over hand speed. Hands draw at about a quarter of the speed of splashes",
         low=0.1,
         high=20.0,
+    )
+    use_modifiers: bool = setting(
+        False,
+        "Modifiers",
+        "Read the strokes as the modifiers of the sketch leave them. Those that move points away "
+        "from where they were drawn change speeds with them",
+        low=False,
+        high=True,
     )
     seed: int = setting(
         0, "Seed", "Number that picks one of the possible splashes", low=0, high=LATENT_SEED_MAX
@@ -134,6 +152,45 @@ def check_setting(name: str, value: Any, limits: Any) -> None:
             raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
     elif not limits["low"] <= value <= limits["high"]:
         raise ValueError(f"{name} must be from {limits['low']} to {limits['high']}, not {value}")
+
+
+@dataclass(frozen=True)
+class MotionSettings(Settings):
+    """How fast a splash or model moves in the scene. The liquid itself does not depend on it."""
+
+    time_scale: float = setting(
+        0.05,
+        "Time Scale",
+        "Speed of the liquid in the scene over its real speed: 0.05 is what a high-speed camera "
+        "would show, 1 is real time, in which a splash is a blur",
+        low=0.001,
+        high=10.0,
+        soft=1.0,
+    )
+    gravity: float = setting(
+        1.0,
+        "Gravity",
+        "Gravity of the ballistic preview, over the Earth's at the splash's size and speed "
+        "(0: drops fly straight on)",
+        low=-10.0,
+        high=10.0,
+    )
+    shape_frame: int = setting(
+        1,
+        "Shape Frame",
+        "Frame at which the splash has the drawn shape: before it flows together, after it apart",
+        low=-(2**20),
+        high=2**20,
+    )
+
+    @property
+    def speed_label(self) -> str:
+        """The time scale in words."""
+        if self.time_scale == 1:
+            return "Real speed"
+        if self.time_scale > 1:
+            return f"{self.time_scale:.3g} times real speed"
+        return f"1/{1 / self.time_scale:.3g} speed"
 
 
 @dataclass(frozen=True)

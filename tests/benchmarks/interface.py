@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 import timeit
 from collections.abc import Callable
@@ -38,6 +39,12 @@ def in_a_window() -> dict[str, float]:
 
     The first process compiles, and a second one is measured.
     """
+    with tempfile.TemporaryDirectory() as folder:
+        return in_two_windows(folder)
+
+
+def in_two_windows(folder: str) -> dict[str, float]:
+    """Return the numbers of a second window; compiled code is kept in ``folder``."""
     blender = [os.environ["BLENDER"]] if "BLENDER" in os.environ else ["blender"]
     inside = [] if "BLENDER" in os.environ else [str(ROOT / "tests" / "blender_root.sh")]
     screen = ["xvfb-run", "-a", "-s", f"-screen 0 {SIZE}x24"]
@@ -48,7 +55,10 @@ def in_a_window() -> dict[str, float]:
     for _ in range(2):
         try:
             done = subprocess.run(
-                [*command, "--python", str(script)], cwd=ROOT, capture_output=True, text=True
+                [*command, "--python", str(script), "--", folder],
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
             )
         except OSError as error:
             return no_window(str(error))

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by interface.py in a Blender with a window: how long the interface is held up.
 
+Its one argument after ``--`` is the folder for compiled code, as an extension has one.
+
 Two things hold it up: what the add-on does in Blender's own thread, and whoever holds Python's
 lock meanwhile. Both are watched while a splash is made and refined at full resolution: first in a
-process that has imported nothing yet, then again, then while another process compiles.
+process that has imported nothing yet, then again, then while another process compiles. Imports of
+libraries are told apart from the rest.
 """
 
 from __future__ import annotations
 
+import builtins
 import json
 import subprocess
 import sys
@@ -25,6 +29,7 @@ import bpy
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import scheduler, work_queue
 from liquid_splash_addon.blender.ui.queued_operator import QueuedOperator
+from liquid_splash_addon.core import compiled_code
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.blender.sketching import add_sketch
 from tests.blender.window_script import Condition, idle, press, run
@@ -36,23 +41,56 @@ BUSY = "import numba\nfor n in range(400):\n    numba.njit(lambda x: x * n + 1)(
 """What the other process does: it compiles."""
 
 
-class Watch:
-    """The longest that Python's lock was held, and that one of our calls took, in milliseconds."""
+class Imports:
+    """Imports in threads other than Blender's own: how long they take, and whether one runs."""
 
     def __init__(self) -> None:
-        self.lock = self.call = 0.0
+        self.seconds = 0.0
+        self.depth = 0
+        self.original = builtins.__import__
+        builtins.__import__ = self.watched
+
+    def watched(self, *inputs: Any, **options: Any) -> Any:
+        """Import, and take the time of what is not within another import."""
+        if threading.current_thread() is threading.main_thread():
+            return self.original(*inputs, **options)
+        begin = time.perf_counter()
+        self.depth += 1
+        try:
+            return self.original(*inputs, **options)
+        finally:
+            self.depth -= 1
+            if not self.depth:
+                self.seconds += time.perf_counter() - begin
+
+
+class Watch:
+    """The longest that Python's lock was held, and that one of our calls took, in milliseconds.
+
+    Attributes
+    ----------
+    lock, importing : by what is ours, and by imports
+    call, name : the longest call, and which it was
+    """
+
+    def __init__(self, imports: Imports) -> None:
+        self.lock = self.importing = self.call = 0.0
         self.name = ""
         self.presses = 0
+        self.imports = imports
         threading.Thread(target=self.look, daemon=True).start()
 
     def look(self) -> None:
         """Sleep for a moment, again and again: what is slept longer is waited for the lock."""
         while True:
-            begin, presses = time.perf_counter(), self.presses
+            begin, presses, imported = time.perf_counter(), self.presses, self.imports.seconds
             time.sleep(NAP)
+            taken = 1000 * (time.perf_counter() - begin - NAP)
+            if self.imports.depth or 1000 * (self.imports.seconds - imported) > taken / 2:
+                self.importing = max(self.importing, taken)
             # A press by a script holds the lock for Blender's undo step too; a user's does not.
-            if presses == self.presses and presses % 2 == 0:
-                self.lock = max(self.lock, 1000 * (time.perf_counter() - begin - NAP))
+            elif presses == self.presses and presses % 2 == 0:
+                self.lock = max(self.lock, taken)
 
     @contextmanager
     def pressing(self) -> Iterator[None]:
@@ -79,10 +117,10 @@ class Watch:
 
     def start_anew(self) -> None:
         """Forget what was seen."""
-        self.lock = self.call = 0.0
+        self.lock = self.importing = self.call = 0.0
 
 
-WATCH = Watch()
+WATCH = Watch(Imports())
 
 
 def watch_our_calls() -> None:
@@ -128,7 +166,10 @@ def measured() -> Iterator[Condition]:
     press("splash.generate")
     yield idle
     numbers["interface.first_splash_seconds"] = time.perf_counter() - begin
-    numbers["interface.import_stall_ms"] = WATCH.lock
+    numbers["interface.first_splash_imports_seconds"] = WATCH.imports.seconds
+    numbers["interface.first_splash_stall_ms"] = max(WATCH.lock, WATCH.call)
+    numbers["interface.import_stall_ms"] = WATCH.importing
+    print(f"first splash: lock {WATCH.lock:.1f}, {WATCH.name} {WATCH.call:.1f}", flush=True)
     yield from splash_and_refinements()  # what is imported for refinements is imported by now
     for name in ("longest_stall_ms", "longest_stall_ms_while_compiling"):
         other = subprocess.Popen([sys.executable, "-c", BUSY]) if "compiling" in name else None
@@ -142,6 +183,7 @@ def measured() -> Iterator[Condition]:
 
 
 if __name__ == "__main__":
+    compiled_code.keep_below(Path(sys.argv[-1]))
     liquid_splash_addon.register()
     watch_our_calls()
     bpy.context.preferences.view.show_splash = False

@@ -11,13 +11,15 @@ import bpy
 from liquid_splash_addon.blender.ui import (
     model_operators,
     model_panel,
+    motion_operators,
+    motion_panel,
     operators,
     panels,
     refinement_operators,
     refinement_panel,
 )
 
-FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles")
+FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion")
 """What only splashes, models, and drops should be given."""
 
 
@@ -47,8 +49,8 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (model_operators, model_panel, operators, panels, refinement_operators,
-             refinement_panel)  # fmt: skip
+    rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
+             refinement_operators, refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms

@@ -111,6 +111,11 @@ def vertices(splash: bpy.types.Object, name: str = "position") -> np.ndarray:
     return values
 
 
+def real_velocities(splash: bpy.types.Object) -> np.ndarray:
+    """Return the velocities of a splash or a model as they would be in real time, ``(n, 3)``."""
+    return vertices(splash, "velocity") / splash.splash_motion.time_scale
+
+
 def evaluated_mesh(item: bpy.types.Object) -> dict[str, np.ndarray]:
     """Return the attributes of the points of an object's mesh, its modifiers applied, by name."""
     bpy.context.view_layer.update()

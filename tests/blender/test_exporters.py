@@ -158,6 +158,24 @@ def test_archives_hold_vertices_and_velocities(name, saved, tmp_path):
         np.testing.assert_array_equal(found["Splash Drops"]["radius"], drops["radius"])
 
 
+@pytest.mark.parametrize("name", ARCHIVES)
+def test_archives_hold_the_ballistic_preview(name, tubes, tmp_path):
+    scene = bpy.context.scene
+    scene.frame_set(10)
+    add_sketch(fan())
+    splash = generate()
+    still = evaluated_mesh(splash)["position"]
+    bpy.ops.splash.ballistic_preview()
+    scene.frame_start = scene.frame_end = 34
+    scene.frame_set(34)
+    flying = save(tmp_path / "flying.blend")
+    assert np.abs(flying.meshes["Splash"]["position"] - still).max() > 0.05
+    found = meshes_of(exported(name, flying, tmp_path))["Splash"]
+    turned = y_up if name in Y_UP else np.asarray
+    for attribute in ("position", "velocity"):
+        np.testing.assert_array_equal(found[attribute], turned(flying.meshes["Splash"][attribute]))
+
+
 @pytest.mark.parametrize("name", READERS)
 def test_other_files_hold_the_vertices(name, saved, tmp_path):
     found = np.concatenate(READERS[name](exported(name, saved, tmp_path)))

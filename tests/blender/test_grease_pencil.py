@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-from liquid_splash_addon.blender.scene.grease_pencil import read_drawings, rigid_matrix
+from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
+from liquid_splash_addon.blender.scene.raw_strokes import rigid_matrix
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import Drawing, strokes_from_drawings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
@@ -159,7 +160,13 @@ def test_bezier_strokes_are_bent():
     np.testing.assert_allclose(read_back.times, np.linspace(0, 1, len(read_back.points)), atol=1e-6)
 
 
-def test_nurbs_strokes_are_reported():
-    sketch = add_sketch([bend()])
+def test_nurbs_strokes_are_bent_and_keep_their_times():
+    """Through 4 points of order 4 and uniform knots, a curve ends at a mean of three of them."""
+    points = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    sketch = add_sketch([Drawing(points, np.arange(4.0))])
     sketch.data.layers[0].frames[0].drawing.set_types(type="NURBS")
-    assert "NURBS" in read_drawings(sketch)[1][0]
+    (drawing,) = read(sketch)
+    expected = np.array([1, 4, 1]) / 6 @ points[:3]
+    np.testing.assert_allclose(drawing.points[0], expected, atol=1e-6)
+    np.testing.assert_allclose(drawing.times[[0, -1]], [1, 2], atol=1e-6)
+    assert not read_drawings(sketch)[1]

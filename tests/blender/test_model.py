@@ -19,7 +19,7 @@ from tests.blender.modelling import (
     union_volume,
     volume,
 )
-from tests.blender.sketching import fan, in_world, splashes, vertices
+from tests.blender.sketching import fan, in_world, real_velocities, splashes, vertices
 
 pytestmark = pytest.mark.usefixtures("thick_drafts")
 
@@ -36,7 +36,7 @@ def test_each_layer_is_a_splash_and_together_they_are_one_closed_mesh():
     union = union_volume(splashes())
     assert union < 0.97 * sum(map(volume, splashes())), "the splashes cross"
     assert volume(model) == pytest.approx(union, rel=0.03)
-    speed = np.linalg.norm(vertices(model, "velocity"), axis=1)
+    speed = np.linalg.norm(real_velocities(model), axis=1)
     assert speed.min() > 0.1
     assert model.data.materials[0] == splashes()[0].data.materials[0]
 

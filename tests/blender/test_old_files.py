@@ -41,6 +41,7 @@ def test_an_old_file_has_its_settings_and_its_liquid(splash):
     assert [item.kind for item in splash.splash_stack.items] == ["DROPLETS", "WAVES"]
     assert splash.splash_stack.items[0].droplets.amount == pytest.approx(0.004)
     assert splash.splash_obstacles.collection.name == "Stones"
+    assert splash.splash_motion.time_scale == 1.0
     content, identifier = stored_liquid.read(splash.data)
     fields = StoredSplash.from_bytes(content).fields
     assert identifier and stored_liquid.OLD_PROPERTY not in splash.data

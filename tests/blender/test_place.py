@@ -9,7 +9,15 @@ from scipy.spatial import cKDTree
 
 from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.core.grid import Grid
-from tests.blender.sketching import add_sketch, fan, generate, in_world, moved, vertices
+from tests.blender.sketching import (
+    add_sketch,
+    fan,
+    generate,
+    in_world,
+    moved,
+    real_velocities,
+    vertices,
+)
 
 pytestmark = pytest.mark.usefixtures("tubes")
 
@@ -29,7 +37,7 @@ def make(drawings, matrix: Matrix | None = None) -> bpy.types.Object:
 
 def distance_in_cells(points: np.ndarray, others: np.ndarray, splash: bpy.types.Object) -> float:
     """Return the mean distance between two sets of vertices, both ways, in cells of the splash."""
-    cell = Grid.local(64).spacing / frame_from_text(splash.splash.frame).scale
+    cell = Grid.local(64).spacing / frame_from_text(splash.splash.frame).scale.length
     there, _ = cKDTree(others).query(points)
     back, _ = cKDTree(points).query(others)
     return max(there.mean(), back.mean()) / cell
@@ -41,7 +49,7 @@ def test_a_turned_sketch_gives_the_turned_splash(turn):
     expected = np.array([turn @ Vector(v) for v in vertices(plain)])
     assert distance_in_cells(in_world(turned), expected, plain) < 0.01
     np.testing.assert_allclose(
-        vertices(turned, "velocity")[:100], vertices(plain, "velocity")[:100], atol=1e-3
+        real_velocities(turned)[:100], real_velocities(plain)[:100], atol=1e-3
     )
 
 

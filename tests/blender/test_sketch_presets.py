@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender.scene.grease_pencil import raw_strokes, read_drawings
+from liquid_splash_addon.blender.scene.grease_pencil import drawn_strokes, read_drawings
 from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
 from liquid_splash_addon.blender.ui.sketch_presets import (
     SPLASH_MT_preset_sketches,
@@ -63,7 +63,7 @@ def test_the_sketch_is_as_core_drew_it(name):
     layers = PRESETS[name]().layers()
     assert [layer.name for layer in sketch.data.layers] == list(layers)
     for layer, drawings in zip(sketch.data.layers, layers.values(), strict=True):
-        strokes = list(raw_strokes(layer.current_frame().drawing))
+        strokes = drawn_strokes(layer)
         assert len(strokes) == len(drawings)
         for stroke, drawing in zip(strokes, drawings, strict=True):
             np.testing.assert_allclose(stroke.points, drawing.points, atol=1e-5)

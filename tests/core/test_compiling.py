@@ -149,3 +149,44 @@ def test_several_processes_may_write_at_once(folder):
         last = subprocess.run([*command, *kinds], input="x", check=True, **{
             name: value for name, value in options.items() if name != "stdin"})  # fmt: skip
     assert last.stdout.split()[1] == "0"
+
+
+CALLER = """
+import sys; sys.path.insert(0, {root!r})
+from liquid_splash_addon.core.compiling import njit
+from .callee import inner
+
+@njit(cache=True)
+def outer(x):
+    return inner(x) + 1
+
+print(outer(1.0), sum(outer.stats.cache_hits.values()))
+"""
+
+CALLEE = """
+from liquid_splash_addon.core.compiling import njit
+
+@njit(cache=True)
+def inner(x):
+    return {factor} * x
+"""
+
+
+def test_a_changed_callee_in_another_source_is_noticed(folder):
+    package = folder / "package"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "caller.py").write_text(CALLER.format(root=str(CORE.parents[1])))
+
+    def said(factor):
+        (package / "callee.py").write_text(CALLEE.format(factor=factor))
+        command = [sys.executable, "-B", "-m", "package.caller"]
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "kept")}
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, check=True
+        )
+        return done.stdout.split()
+
+    assert said(2) == ["3.0", "0"]
+    assert said(2) == ["3.0", "1"]
+    assert said(5) == ["6.0", "0"]

@@ -29,6 +29,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     obstacle_from_mesh,
 )
 from liquid_splash_addon.core.progress import Cancelled
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, is_closed, sphere, volume
@@ -37,7 +38,7 @@ GRID = Grid((40, 40, 40), 0.01, (-0.2, -0.2, -0.2))
 RADIUS = 0.12
 BALL = 4 / 3 * np.pi * RADIUS**3
 TURN = Rotation.from_rotvec([0.3, 0.5, 0.2]).as_matrix()
-HERE = Frame(np.eye(3), np.zeros(3), 1.0)
+HERE = Frame(np.eye(3), np.zeros(3), Scale(1.0))
 
 
 def ball(radius=RADIUS, velocity=(1.0, 0.0, 0.0), stretch=(1.0, 1.0, 1.0), grid=GRID) -> LevelSet:
@@ -49,7 +50,7 @@ def ball(radius=RADIUS, velocity=(1.0, 0.0, 0.0), stretch=(1.0, 1.0, 1.0), grid=
 
 def at(x, y=0.0, z=0.0, scale=1.0, axes=None) -> Frame:
     """Return a frame centred there."""
-    return Frame(np.eye(3) if axes is None else axes, np.array([x, y, z]), scale)
+    return Frame(np.eye(3) if axes is None else axes, np.array([x, y, z]), Scale(scale))
 
 
 def pieces(mesh) -> int:

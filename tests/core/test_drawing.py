@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import (
     Drawing,
@@ -72,7 +73,7 @@ def test_a_stalled_interface_does_not_make_liquid_explode():
 def test_sources():
     path, times = arc(2.0)
     timed = Drawing(path, times, np.full(len(path), 0.5))
-    scale = 0.1
+    scale = Scale(0.1)
     speeds = {}
     for source in ("TIME", "PRESSURE", "CONSTANT"):
         settings = SplashSettings(speed_source=source, stroke_speed=0.5)
@@ -85,7 +86,9 @@ def test_sources():
 def test_missing_times_fall_back_with_a_warning():
     path, times = arc(2.0)
     drawings = [Drawing(path, times), Drawing(path, np.zeros(len(path)))]
-    strokes, warnings = strokes_from_drawings(drawings, SplashSettings(stroke_speed=0.4), 0.1)
+    strokes, warnings = strokes_from_drawings(
+        drawings, SplashSettings(stroke_speed=0.4), Scale(0.1)
+    )
     assert np.linalg.norm(strokes[1].velocities, axis=1) == pytest.approx(4.0, rel=1e-3)
     assert len(warnings) == 1 and "1 of 2 strokes have no recorded time" in warnings[0]
 
@@ -103,7 +106,7 @@ def test_drawings_that_cannot_be_used_are_left_out(place):
     good, bad = Drawing(path, times), Drawing(np.zeros((1, 3)))
     drawings = [good, good]
     drawings.insert(place, bad)
-    strokes, warnings = strokes_from_drawings(drawings, SplashSettings(), 0.1)
+    strokes, warnings = strokes_from_drawings(drawings, SplashSettings(), Scale(0.1))
     assert len(strokes) == 2 and "Left out 1 stroke(s) of a single point" in warnings[0]
     usable, left_out, _ = usable_drawings(drawings)
     assert usable == [good, good] and left_out == [place]

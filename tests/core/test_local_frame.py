@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame, principal_axes
@@ -35,7 +36,7 @@ def test_longest_side_becomes_the_real_size():
 
 
 def test_size_zero_means_metres():
-    assert fit_frame(fan(), real_size=0).scale == 1.0
+    assert fit_frame(fan(), real_size=0).scale == Scale(1.0)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -45,7 +46,7 @@ def test_frame_turns_and_moves_with_the_strokes(seed):
     here, there = fit_frame(fan(), 0.25), fit_frame(moved(fan(), rotation, shift), 0.25)
     assert np.allclose(there.axes, here.axes @ rotation.T, atol=1e-3)
     assert np.allclose(there.centre, rotation @ here.centre + shift, atol=1e-4)
-    assert there.scale == pytest.approx(here.scale, rel=1e-3)
+    assert there.scale.length == pytest.approx(here.scale.length, rel=1e-3)
 
 
 def wave():

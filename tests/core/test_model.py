@@ -14,6 +14,7 @@ from liquid_splash_addon.core.liquid.level_set import LevelSet
 from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.refinement.drop_meshes import DropCloud
 from liquid_splash_addon.core.refinement.settings import WaveSettings
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.settings import ModelSettings
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
@@ -47,7 +48,7 @@ def ball(name="ball", centre=(0.3, 0.1, 0.0), radius=0.1, scale=1.0, cloud=None)
     away = np.linalg.norm(GRID.centres(), axis=-1)
     level = ((away - radius) / GRID.spacing).astype(np.float32)
     flow = np.broadcast_to(np.float32([1, 0, 0])[:, None, None, None], (3, *GRID.shape)).copy()
-    frame = Frame(np.eye(3), np.array(centre, dtype=float), scale)
+    frame = Frame(np.eye(3), np.array(centre, dtype=float), Scale(scale))
     return Part(name, Placed(LevelSet(level, flow, GRID), frame), cloud or DropCloud.empty())
 
 

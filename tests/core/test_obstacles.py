@@ -25,6 +25,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     outside_obstacles,
     signed_distance,
 )
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
 from .solids import box, box_distance, is_closed, sphere, torus, volume
@@ -280,7 +281,7 @@ def test_the_generator_sees_what_training_showed():
 
 
 def test_an_obstacle_in_the_local_frame():
-    frame = Frame(TURN, np.array([1.0, 2.0, 3.0]), 0.1)
+    frame = Frame(TURN, np.array([1.0, 2.0, 3.0]), Scale(0.1))
     vertices, faces = box(*BOX)
     drawn = obstacle_from_mesh(frame.points_to_drawing(vertices), faces)
     local = drawn.seen_from(frame)

@@ -98,3 +98,18 @@ def test_core_says_which_package_is_broken(name, tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert f"The package {name} is broken (no such library)" in done.stdout, done.stderr
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="needs Linux")
+def test_the_largest_library_is_loaded_before_the_import():
+    """The import holds Python's lock, and Blender's interface waits for it."""
+    script = (
+        f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
+        "from liquid_splash_addon.core import packages\n"
+        "packages.preload_torch()\n"
+        "assert 'torch' not in sys.modules\n"
+        "print('libtorch_cpu' in open('/proc/self/maps').read())\n"
+        "print(packages.load('torch').ones(2).sum().item())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.split() == ["True", "2.0"], done.stderr

@@ -43,7 +43,7 @@ def mean_distance(a, b):
 def test_a_splash_follows_its_strokes(generator, name):
     strokes = sketch(name)
     splash = make_splash(strokes, DRAFT, generator)
-    cell = splash.fields.grid.spacing / splash.frame.scale
+    cell = splash.fields.grid.spacing / splash.frame.scale.length
     points, velocities = resampled_points(strokes, cell / 2)
     away, nearest = cKDTree(splash.mesh.vertices).query(points)
     assert (away < 4 * cell).mean() > 0.9
@@ -72,7 +72,7 @@ def test_the_mesh_holds_the_occupied_volume(generator, name, resolution, missing
     splash = make_splash(sketch(name), replace(DRAFT, resolution=resolution), generator)
     a, b, c = (splash.mesh.vertices[splash.mesh.faces[:, n]].astype(float) for n in range(3))
     volume = (np.cross(a, b) * c).sum() / 6
-    cell = splash.fields.grid.spacing / splash.frame.scale
+    cell = splash.fields.grid.spacing / splash.frame.scale.length
     assert volume / cell**3 == pytest.approx((splash.fields.occupancy > 0.5).sum(), rel=missing)
 
 
@@ -82,7 +82,7 @@ def test_turned_and_moved_strokes_give_the_splash_turned_and_moved(generator, na
     shift = np.array([3.0, -1.0, 2.0])
     here = make_splash(sketch(name), DRAFT, generator)
     there = make_splash(moved(sketch(name), rotation, shift), DRAFT, generator)
-    cell = here.fields.grid.spacing / here.frame.scale
+    cell = here.fields.grid.spacing / here.frame.scale.length
     assert mean_distance(here.mesh.vertices @ rotation.T + shift, there.mesh.vertices) < cell / 2
 
 
@@ -126,5 +126,5 @@ def test_cancelling_stops_between_stages(generator):
 def test_draft_and_full_resolution_agree(generator):
     draft = make_splash(sketch(), DRAFT, generator)
     full = make_splash(sketch(), replace(DRAFT, resolution="128"), generator)
-    cell = draft.fields.grid.spacing / draft.frame.scale
+    cell = draft.fields.grid.spacing / draft.frame.scale.length
     assert mean_distance(draft.mesh.vertices, full.mesh.vertices) < 2 * cell

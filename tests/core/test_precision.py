@@ -102,7 +102,7 @@ def test_the_fastest_format_is_one_that_works():
 
 def test_a_coarser_format_must_pay(monkeypatch):
     times = {"float32": 1.0, "bfloat16": 0.9, "int8": 0.79, "int8_bfloat16": 0.1}
-    monkeypatch.setattr(precision, "seconds", lambda _, name: times[name])
+    monkeypatch.setattr(precision, "seconds", lambda _, name, most=0.0: times[name])
     assert fastest_in_use("cpu") == "int8"
     times["int8"] = 0.81
     assert fastest_in_use("cpu") == "float32"
@@ -134,3 +134,29 @@ def test_a_format_that_is_hopeless_is_not_measured_to_the_end(monkeypatch):
     assert set(sides) == {precision.SMALL}
     assert precision.seconds("cpu", "float32") == 1e-4
     assert sides[-4:] == [precision.LARGE] * 4
+
+
+def test_a_format_that_is_many_times_slower_is_not_measured_to_the_end(monkeypatch):
+    """As bfloat16 on a processor that emulates it in a second or two."""
+    sides = []
+
+    def once(layers, device, dtype, side):
+        if dtype == torch.bfloat16:
+            sides.append(side)
+            return 0.02
+        return 0.03
+
+    monkeypatch.setattr(precision, "once", once)
+    assert precision.fastest_precision("cpu") == "float32"
+    assert set(sides) == {precision.SMALL}
+
+
+def test_what_was_measured_is_kept(tmp_path, monkeypatch):
+    measured = []
+    monkeypatch.setattr(precision.compiled_code, "folder", lambda: tmp_path)
+    monkeypatch.setattr(precision, "fastest_in_use", lambda device: measured.append(1) or "int8")
+    assert [precision.known_fastest("cpu") for _ in range(3)] == ["int8"] * 3
+    assert len(measured) == 1
+    next(tmp_path.iterdir()).write_text("damaged")
+    assert precision.known_fastest("cpu") == "int8"
+    assert len(measured) == 2

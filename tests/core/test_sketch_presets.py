@@ -256,7 +256,7 @@ def test_liquid_comes_of_each_layer(name):
         splash = make_splash(strokes, DRAFT, generator)
         assert splash.warnings == []
         assert np.isfinite(splash.mesh.vertices).all()
-        cell = splash.fields.grid.spacing / splash.frame.scale
+        cell = splash.fields.grid.spacing / splash.frame.scale.length
         points, _ = resampled_points(strokes, cell / 2)
         away = cKDTree(splash.mesh.vertices).query(points)[0]
         assert (away < 4 * cell).mean() > 0.8, layer

@@ -2,10 +2,7 @@
 """The paper's claims on the bundled weights, and whether they are measured well."""
 
 import json
-import struct
-import zipfile
 from functools import cache
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +18,10 @@ from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import Fields
 from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.local_frame import Frame, fit_frame
 from liquid_splash_addon.core.sketch.strokes import Stroke
-from training.data.recorded import read_recording
+from tests.core.stroke_files.making import apa, arches
 from training.evaluation import claims
 from training.evaluation.letters import (
     LETTERS,
@@ -133,7 +131,7 @@ def test_a_full_ball_halved_is_the_draft_ball():
 
 
 def test_a_ball_seen_from_a_turned_frame_is_the_turned_ball():
-    frame = Frame(np.eye(3), np.array([1.0, 2.0, 3.0]), 0.1)
+    frame = Frame(np.eye(3), np.array([1.0, 2.0, 3.0]), Scale(0.1))
     turn = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     grid = Grid.local(64)
     seen = shapes.seen_liquid(ball(), frame, frame.turned(turn), grid)
@@ -162,60 +160,6 @@ def test_bounds_are_read_the_right_way_round():
     assert claims.holds("letters.read", 23) and not claims.holds("letters.read", 22)
     assert claims.holds("disorder.far", 0.04) and not claims.holds("disorder.far", 0.05)
     assert not claims.holds("speed.pieces_ratio", 1.0)
-
-
-def apa(strokes) -> bytes:
-    """Return an A-Painter file of strokes, each an ``(n, 3)`` array, 11 ms a point."""
-    data = b"\x08apainter" + struct.pack("<HB", 1, 1) + b"\x04flat"
-    data += struct.pack("<I", len(strokes))
-    for points in strokes:
-        data += struct.pack("<B3ffI", 0, 1, 1, 1, 0.01, len(points))
-        for n, point in enumerate(points):
-            data += struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 1.0, 11 * n)
-    return data
-
-
-def tilt(points, scale) -> bytes:
-    """Return a Tilt Brush file of one stroke with a scale, pressures and times, 45 ms a point."""
-    sketch = struct.pack("<IiII", 0xC576A5CD, 5, 0, 4) + b"more" + struct.pack("<i", 1)
-    sketch += struct.pack("<i4ffII", 0, 1, 1, 1, 1, 0.1, 0x3, 0x3)
-    sketch += struct.pack("<IfI", 0, scale, len(points))
-    for n, point in enumerate(points):
-        sketch += struct.pack("<3f4ffI", *point, 0, 0, 0, 1, 0.5, 45 * n)
-    packed = BytesIO()
-    with zipfile.ZipFile(packed, "w") as bundle:
-        bundle.writestr("data.sketch", sketch)
-    return b"tilT" + bytes(12) + packed.getvalue()
-
-
-def arches() -> list[np.ndarray]:
-    """Return strokes side by side, metres, y up."""
-    angle = np.linspace(0, np.pi, 40)
-    return [
-        np.stack([0.3 * np.cos(angle), 0.3 * np.sin(angle), np.full(40, 0.04 * n)], axis=1)
-        for n in range(4)
-    ]
-
-
-def test_recordings_are_read_z_up_in_metres_and_seconds(tmp_path: Path):
-    path = tmp_path / "drawn.apa"
-    path.write_bytes(apa([[(1, 2, 3), (4, 5, 6)], [(1, 1, 1)], [(1, 1, 1)] * 2]))
-    (drawing,) = read_recording(path)
-    assert drawing.points.tolist() == [[1, -3, 2], [4, -6, 5]]
-    assert drawing.times.tolist() == [0, 0.011]
-    path = tmp_path / "drawn.tilt"
-    path.write_bytes(tilt([(1, 2, 3), (4, 5, 6)], scale=2.0))
-    (drawing,) = read_recording(path)
-    assert np.allclose(drawing.points, [[0.1, 0.3, 0.2], [0.4, 0.6, 0.5]])
-    assert np.allclose(drawing.times, [0, 0.0225])
-
-
-@pytest.mark.parametrize("name", ("drawn.apa", "drawn.tilt", "drawn.obj"))
-def test_a_damaged_recording_is_refused_by_name(tmp_path: Path, name):
-    path = tmp_path / name
-    path.write_bytes(apa(arches())[:500] if name.endswith("apa") else b"no sketch at all")
-    with pytest.raises(ValueError, match=name):
-        read_recording(path)
 
 
 def test_recordings_are_measured_and_drawn(tmp_path: Path, run_command, capsys):

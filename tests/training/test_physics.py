@@ -12,8 +12,9 @@ from liquid_splash_addon.core.fluid.collision import open_share
 from liquid_splash_addon.core.fluid.density import enclosed_cells, free_share, volume_share
 from liquid_splash_addon.core.fluid.particles import Particles
 from liquid_splash_addon.core.fluid.pressure import Poisson, divergence
-from liquid_splash_addon.core.fluid.step import GRAVITY, Liquid, Physics, World, advance, flow, step
+from liquid_splash_addon.core.fluid.step import Liquid, Physics, World, advance, flow, step
 from liquid_splash_addon.core.fluid.surface_tension import WATER
+from liquid_splash_addon.core.scale import GRAVITY
 from tests.training.liquids import SPACING, block, momentum, tank
 from training.scenes.bodies import NOTHING, Body
 from training.scenes.families import random_scene

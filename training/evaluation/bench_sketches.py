@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Test sketches for the sketch bench, in addition to the bundled ones.
 
-None has recorded times: the speed is a setting. Units are the bundled sketches' (about 2 wide).
+None of those made here has recorded times: the speed is a setting. Units are the bundled sketches'
+(about 2 wide). Those of recordings are in metres and timed.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.presets import example_sketch
+from liquid_splash_addon.core.stroke_files.reading import KINDS, read_strokes
 
 SLOW, FAST = 0.15, 1.0
 """Speeds of the hand for Fig. 7, m/s at real size: 0.6 and 4 m/s of liquid at the default gain."""
 
 STROKE_POINTS = 160
 """Points along a long stroke."""
+
+PART_STROKES = 8
+"""Strokes in a part of a recording that is tried by itself."""
 
 
 def untimed(drawings: list[Drawing]) -> list[Drawing]:
@@ -116,3 +123,22 @@ def disorderly() -> dict[str, list[Drawing]]:
     """Return sketches that are no streamlines of any flow (paper, Fig. 19), by name."""
     makers = (knot, tangle, scribble, crossing, there_and_back, random_polyline)
     return {maker.__name__: maker() for maker in makers}
+
+
+def recorded_sketches(directory: Path) -> dict[str, list[Drawing]]:
+    """Return what to try of every recording in a directory, by name.
+
+    The whole of it, and its first, middle and last PART_STROKES strokes: a sketch for one
+    splash is small, a painting is many.
+    """
+    sketches = {}
+    for path in sorted(p for p in directory.iterdir() if p.suffix.lower() in KINDS):
+        drawings = read_strokes(path)
+        sketches[path.stem] = drawings
+        last = len(drawings) - PART_STROKES
+        for start in sorted({0, last // 2, last}) if last > 0 else ():
+            part = drawings[start : start + PART_STROKES]
+            sketches[f"{path.stem} {start + 1}-{start + len(part)}"] = part
+    if not sketches:
+        raise ValueError(f"{directory} holds no recording ({', '.join(KINDS)})")
+    return sketches

@@ -3,7 +3,7 @@
 
     python -m training claims --out docs/results/claims.json --sheet docs/images/claims.png
 
-With --strokes DIR, recordings of people (.apa, .tilt) are measured and drawn instead.
+With --strokes DIR, recordings of people (.apa, .tilt, ...) are measured and drawn instead.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from liquid_splash_addon.core.grid import LOCAL_SPACING
 from liquid_splash_addon.core.sketch.drawing import Drawing
 
 from ..command_line import command_parser
-from ..data.recorded import recorded_sketches
 from ..measures.metrics import iou
 from ..measures.shapes import (
     coverage,
@@ -39,7 +38,7 @@ from ..measures.shapes import (
     surface_to_volume,
     tunnels,
 )
-from .bench_sketches import FAST, SLOW, disorderly, flows, growing
+from .bench_sketches import FAST, SLOW, disorderly, flows, growing, recorded_sketches
 from .gallery import claims_sheet, recorded_sheet
 from .letters import LETTER_REACH, LETTERS, letter_drawings, letter_scores
 from .sketch_bench import SketchBench, keeping_to_strokes, liquid, silhouette, stroke_cells, worst
@@ -98,7 +97,9 @@ def speed_figures(bench: SketchBench) -> Figures:
             rows[name][label] = {
                 "pieces": len(pieces(liquid(splash), PIECE_CELLS)),
                 "tunnels": tunnels(liquid(splash)),
-                "surface_to_volume": surface_to_volume(splash.mesh) / splash.frame.scale / 100,
+                "surface_to_volume": surface_to_volume(splash.mesh)
+                / splash.frame.scale.length
+                / 100,
                 "occupied": float(liquid(splash).mean()),
             }
     sums = {

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from liquid_splash_addon.core.grid import LOCAL_CELLS, LOCAL_SPACING, Grid
+from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.local_frame import Frame
 from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
@@ -23,7 +24,9 @@ PAGE = 1.8
 """Side of the square in which a letter of height 1 is read."""
 
 PAGE_FRAME = Frame(
-    np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.zeros(3), LOCAL_CELLS * LOCAL_SPACING / PAGE
+    np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
+    np.zeros(3),
+    Scale.of_length(LOCAL_CELLS * LOCAL_SPACING / PAGE),
 )
 """The page as a local frame: x to the right, y up, z towards the reader; letters lie in xz."""
 

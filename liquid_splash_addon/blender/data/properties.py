@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 from bpy.props import (
     BoolProperty,
+    CollectionProperty,
     EnumProperty,
     FloatProperty,
     FloatVectorProperty,
@@ -20,6 +21,9 @@ from bpy.props import (
 
 from ...core.settings import Settings, SplashSettings
 from . import index
+
+STROKE_TYPES = ("GREASEPENCIL", "CURVE", "CURVES")
+"""Types of the objects whose strokes a splash can be made of."""
 
 IDENTITY = tuple(float(row == column) for column in range(4) for row in range(4))
 
@@ -77,7 +81,24 @@ class SplashSettingsGroup(bpy.types.PropertyGroup):
 
 def fit_anew(group: Any, _context: bpy.types.Context) -> None:
     """Have the next run fit a frame to the new strokes; until then the liquid keeps its own."""
-    group.refit = True
+    group.id_data.splash.refit = True
+
+
+def has_strokes(_group: Any, candidate: bpy.types.Object) -> bool:
+    """Whether a splash can be made of an object."""
+    return candidate.type in STROKE_TYPES
+
+
+class SplashSourceGroup(bpy.types.PropertyGroup):
+    """A further object whose strokes belong to the sketch of a splash."""
+
+    sketch: PointerProperty(
+        type=bpy.types.Object,
+        name="And",
+        description="Object whose strokes belong to the sketch too. Empty: none",
+        poll=has_strokes,
+        update=fit_anew,
+    )
 
 
 class SplashObjectGroup(bpy.types.PropertyGroup):
@@ -86,10 +107,11 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     sketch: PointerProperty(
         type=bpy.types.Object,
         name="Sketch",
-        description="Grease Pencil object whose strokes this splash is made of",
-        poll=lambda _, candidate: candidate.type == "GREASEPENCIL",
+        description="Grease Pencil or curve object whose strokes this splash is made of",
+        poll=has_strokes,
         update=fit_anew,
     )
+    others: CollectionProperty(type=SplashSourceGroup)
     layer: StringProperty(
         name="Layer",
         description="Layer of the sketch that this splash is made of. Empty: all visible layers",
@@ -136,7 +158,7 @@ class SplashSceneGroup(bpy.types.PropertyGroup):
     settings: PointerProperty(type=SplashSettingsGroup)
 
 
-CLASSES = (SplashSettingsGroup, SplashObjectGroup, SplashSceneGroup)
+CLASSES = (SplashSettingsGroup, SplashSourceGroup, SplashObjectGroup, SplashSceneGroup)
 register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
 
 

@@ -10,20 +10,33 @@ import bpy
 
 Listener = Callable[[bpy.types.Object], None]
 
-_listeners: list[Listener] = []
+LIQUID, MOTION = "liquid", "motion"
+"""What may change: what the mesh is made of, or only how fast it moves."""
+
+_listeners: dict[str, list[Listener]] = {LIQUID: [], MOTION: []}
 
 
 def changed(group: Any, _context: bpy.types.Context) -> None:
-    """Tell all listeners which object was changed; the ``update`` callback of its properties."""
-    for listener in _listeners:
-        listener(group.id_data)
+    """Tell whose liquid was changed; the ``update`` callback of properties."""
+    tell(LIQUID, group.id_data)
 
 
-def listen(listener: Listener) -> None:
+def motion_changed(group: Any, _context: bpy.types.Context) -> None:
+    """Tell whose motion was changed; the ``update`` callback of properties."""
+    tell(MOTION, group.id_data)
+
+
+def tell(what: str, item: bpy.types.Object) -> None:
+    """Tell all listeners which object was changed."""
+    for listener in _listeners[what]:
+        listener(item)
+
+
+def listen(listener: Listener, what: str = LIQUID) -> None:
     """Call ``listener`` with each object that is changed, by hand or by script."""
-    _listeners.append(listener)
+    _listeners[what].append(listener)
 
 
-def ignore(listener: Listener) -> None:
+def ignore(listener: Listener, what: str = LIQUID) -> None:
     """Undo :func:`listen`."""
-    _listeners.remove(listener)
+    _listeners[what].remove(listener)

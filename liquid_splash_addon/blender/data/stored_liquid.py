@@ -11,7 +11,7 @@ from typing import Any
 from uuid import uuid4
 
 import bpy
-from bpy.props import PointerProperty, StringProperty
+from bpy.props import FloatProperty, PointerProperty, StringProperty
 
 from . import opened_files
 
@@ -26,6 +26,11 @@ class SplashLiquidGroup(bpy.types.PropertyGroup):
     identifier: StringProperty(
         description="Given when the liquid was written, new for every writing: equal identifiers "
         "are equal liquids, also in copies and after undo",
+        options={"HIDDEN"},
+    )
+    time_scale: FloatProperty(
+        description="Time scale of the mesh's velocities; it was 1 before it could be chosen",
+        default=1.0,
         options={"HIDDEN"},
     )
 

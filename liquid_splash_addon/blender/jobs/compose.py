@@ -18,7 +18,7 @@ from ...core.refinement.settings import RefinementSettings, WaveSettings
 from ...core.settings import ModelSettings
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
-from ..scene import drop_points, mesh_object, model_parts
+from ..scene import drop_points, mesh_object, model_parts, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import refine, scheduler
@@ -85,6 +85,11 @@ class ModelTask:
 def task_of(model: bpy.types.Object) -> ModelTask:
     """Read what joining ``model`` needs. Raises SceneError if it cannot be evaluated."""
     check_writable(model)
+    return read_task(model)
+
+
+def read_task(model: bpy.types.Object) -> ModelTask:
+    """Like :func:`task_of`, also where the mesh cannot be replaced now."""
     group = model.splash_model
     if not group.parts:
         raise SceneError(f"'{model.name}' has no splashes: add one to its list")
@@ -118,10 +123,24 @@ _refined: dict[str, Part] = {}
 
 def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
-    global composer, _refined
+    return the_composer().compose(
+        refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
+        part_of(report, 0.3, 1.0),
+    )  # fmt: skip
+
+
+def the_composer() -> Composer:
+    """Return the composer, with what it keeps of the last model."""
+    global composer
     from ...core.composition.model import Composer
 
     composer = composer or Composer()
+    return composer
+
+
+def refined_parts(task: ModelTask, report: Report) -> list[Part]:
+    """Return the refined splashes of a model in its space, without bpy."""
+    global _refined
     parts, made = [], {}
     for number, part in enumerate(task.parts):
         report(f"Refining {part.label}", 0.3 * number / len(task.parts))
@@ -129,10 +148,7 @@ def compute(task: ModelTask, report: Report) -> Composed:
         frame = frame_in_model(refined.placed.frame, part.place, part.label)
         parts.append(replace(refined, placed=replace(refined.placed, frame=frame)))
     _refined = made
-    return composer.compose(
-        parts, task.settings, task.waves, task.obstacles, task.clearance,
-        part_of(report, 0.3, 1.0),
-    )  # fmt: skip
+    return parts
 
 
 def refine_part(part: PartTask) -> Part:
@@ -152,7 +168,7 @@ def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
         frame,
         axes=frame.axes @ (turn / size).T,
         centre=turn @ frame.centre + place[:3, 3],
-        scale=frame.scale / size,
+        scale=frame.scale.resized(size),
     )
 
 
@@ -161,6 +177,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     check_writable(model)
     mesh_object.write_mesh(model.data, made.mesh)
     drop_points.write(model, made.drops)
+    motion.apply(model)
     group = model.splash_model
     group.evaluated, group.pending = task.key, False
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"

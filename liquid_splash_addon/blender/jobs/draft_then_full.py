@@ -16,7 +16,7 @@ import bpy
 
 from ..data.properties import assign_settings, to_settings
 from ..scene.objects import Handle, SceneError
-from ..scene.targets import Target, find_target
+from ..scene.targets import Target, find_target, target_of
 from . import generate, undo_step, work_queue
 from .messages import sentence_for
 from .work_queue import Entry, Work
@@ -44,6 +44,7 @@ class Making:
     def __init__(self, target: Target, tell: Tell) -> None:
         """Put the draft into the queue; the full resolution at once where that is wanted."""
         self.sketch = Handle.of(target.sketch)
+        self.others = [Handle.of(item) for item in target.others]
         self.splash = None if target.splash is None else Handle.of(target.splash)
         self.tell = tell
         self.stage = "full" if self.settings().resolution == DRAFT else "draft"
@@ -89,7 +90,9 @@ class Making:
         settings = self.settings()
         if self.stage == "draft":
             settings = replace(settings, resolution=DRAFT)
-        target = Target(sketch, self.found_splash())
+        splash = self.found_splash()
+        others = tuple(item for handle in self.others if (item := handle.find()) is not None)
+        target = Target(sketch, None, "", others) if splash is None else target_of(splash)
         request = generate.snapshot(bpy.context, target, settings)
         return Work(
             (request.key, self.stage),

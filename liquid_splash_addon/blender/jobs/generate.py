@@ -25,10 +25,10 @@ from ..data.preferences import keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
 from ..data.version import addon_version
-from ..scene import drop_points, mesh_object
-from ..scene.grease_pencil import read_drawings
+from ..scene import drop_points, mesh_object, motion
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
+from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target
 from . import dependencies, loaded_generator, refine
 from .progress import part_of
@@ -46,6 +46,7 @@ class Request:
     """What a run needs, read from the scene."""
 
     sketch: Handle
+    others: tuple[Handle, ...]
     splash: Handle | None
     liquid: str  # identifier of the liquid that the splash stores now, "" for none
     layer: str
@@ -66,7 +67,7 @@ class Request:
         """Identifies strokes, settings, obstacles and weights."""
         found = hashlib.sha256()
         for drawing in self.drawings:
-            for values in (drawing.points, drawing.times, drawing.pressures):
+            for values in (drawing.points, drawing.times, drawing.pressures, drawing.speeds):
                 found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
         around = obstacles_key(self.obstacles, self.clearance) if self.obstacles else ()
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
@@ -104,19 +105,22 @@ def snapshot(
     """
     check_packages()
     context.view_layer.update()  # world matrices after moves by script
-    sketch, splash, layer = target
+    sketch, splash, layer, others = target
     if splash is not None:
         check_writable(splash)
         layer = splash.splash.layer
+    if sketch.type != "GREASEPENCIL":
+        layer = ""
     if layer and layer not in sketch.data.layers:
         raise SceneError(lost_layer(layer, sketch))
-    drawings, warnings = read_drawings(sketch, layer)
+    drawings, warnings = read_sketch((sketch, *others), layer, settings.use_modifiers)
     drawings, _, left_out = usable_drawings(drawings)
-    warnings += left_out
+    warnings += left_out + lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     return Request(
         sketch=Handle.of(sketch),
+        others=tuple(map(Handle.of, others)),
         splash=Handle.of(splash) if splash is not None else None,
         liquid=stored_liquid.identifier_of(splash.data) if splash is not None else "",
         layer=layer,
@@ -154,6 +158,15 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
         f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
         "is. Choose another layer in the Last Run panel, or delete the splash"
     )
+
+
+def lost_objects(
+    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
+) -> list[str]:
+    """Return a warning if objects were deleted whose strokes belonged to a splash."""
+    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
+    lost = len(known) - len(others)
+    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
 def compute(request: Request, report: Report) -> Result:
@@ -225,6 +238,8 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     context.view_layer.update()
     if splash is None:
         splash = mesh_object.new_object(context, sketch, request.layer)
+        for other in filter(None, (handle.find() for handle in request.others)):
+            splash.splash.others.add().sketch = other
         if sketch.mode == "OBJECT":  # else the artist goes on drawing
             select_only(context, splash)
     else:
@@ -235,6 +250,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
     remember(splash, sketch, request, result)
+    motion.apply(splash)
     if request.precision != result.precision:
         keep_precision(context, request.settings.device, result.precision)
     return splash

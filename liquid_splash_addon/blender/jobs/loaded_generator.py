@@ -24,7 +24,7 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     from ...core.generator.loading import load_generator, load_torch, pick_device
 
     load_torch()
-    from ...core.generator.precision import fastest_in_use, is_usable
+    from ...core.generator.precision import is_usable, known_fastest
     from ...core.generator.weights_file import default_weights_path
 
     path = path or default_weights_path()
@@ -35,7 +35,7 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
         free()
         picked = pick_device(device)
         if not precision or not is_usable(picked, precision):
-            precision = fastest_in_use(picked)
+            precision = known_fastest(picked)
         loaded = load_generator(path, device, precision)
         _loaded[key] = _loaded[(path, changed, device, precision)] = loaded
     return _loaded[key]

@@ -17,7 +17,7 @@ from ..data.frame_text import frame_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
-from ..scene import drop_points, mesh_object
+from ..scene import drop_points, mesh_object, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import scheduler
@@ -140,6 +140,7 @@ def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     check_writable(splash)
     mesh_object.write_mesh(splash.data, outcome.mesh)
     drop_points.write(splash, outcome.drops)
+    motion.apply(splash)
     remember(splash, task.key, outcome.gained, outcome.warnings)
 
 

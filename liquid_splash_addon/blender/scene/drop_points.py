@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from ..data import opened_files
+from . import node_groups
 from .material import water_material
 from .mesh_object import flat
 
@@ -73,6 +74,7 @@ def write(splash: bpy.types.Object, drops: Drops | None) -> None:
         return
     data = item.data
     data.clear_geometry()
+    data.splash_liquid.time_scale = 1.0
     if drops is None:
         return
     data.vertices.add(len(drops.positions))
@@ -88,18 +90,11 @@ def write(splash: bpy.types.Object, drops: Drops | None) -> None:
 
 def node_group() -> bpy.types.NodeTree:
     """Return the node group that turns vertices into points; make it if there is none."""
-    for group in bpy.data.node_groups:
-        if MARK in group and group.library is None:
-            return group
-    group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
+    found = node_groups.marked(MARK)
+    if found is not None:
+        return found
+    group = node_groups.new(NAME, {ALL: "NodeSocketBool"})
     group[MARK] = 1
-    group.is_modifier = True
-    for name, direction, kind in (
-        ("Geometry", "INPUT", "NodeSocketGeometry"),
-        (ALL, "INPUT", "NodeSocketBool"),
-        ("Geometry", "OUTPUT", "NodeSocketGeometry"),
-    ):
-        group.interface.new_socket(name, in_out=direction, socket_type=kind)
     add_nodes(group)
     update_group(group)
     return group
@@ -110,7 +105,8 @@ def add_nodes(group: bpy.types.NodeTree) -> None:
     nodes, links = group.nodes, group.links
     begin, end = nodes.new("NodeGroupInput"), nodes.new("NodeGroupOutput")
     points = nodes.new("GeometryNodeMeshToPoints")
-    radius, meshed = named(group, "FLOAT", "radius"), named(group, "BOOLEAN", "meshed")
+    radius = node_groups.named(group, "FLOAT", "radius")
+    meshed = node_groups.named(group, "BOOLEAN", "meshed")
     wanted = nodes.new("FunctionNodeBooleanMath")
     wanted.operation = "IMPLY"  # in the mesh -> shown only if all are
     material = nodes.new("GeometryNodeSetMaterial")
@@ -157,14 +153,6 @@ def update_groups(_file: Any = None, _unused: Any = None) -> None:
     for group in bpy.data.node_groups:
         if MARK in group and group[MARK] < VERSION and group.is_editable:
             update_group(group)
-
-
-def named(group: bpy.types.NodeTree, kind: str, name: str) -> bpy.types.Node:
-    """Add a node that reads an attribute."""
-    node = group.nodes.new("GeometryNodeInputNamedAttribute")
-    node.data_type = kind
-    node.inputs["Name"].default_value = name
-    return node
 
 
 def register() -> None:

@@ -9,8 +9,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .grease_pencil import rigid_matrix
+from ...core.settings import MotionSettings
+from ..data.properties import assign_settings, to_settings
 from .material import water_material
+from .raw_strokes import rigid_matrix
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
@@ -23,7 +25,7 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
     """Replace the geometry of ``data``; materials and custom properties stay.
 
     By the attributes themselves, a quarter of the time that vertices and loops take one by one:
-    Blender's interface waits for it. New faces are smooth.
+    Blender's interface waits for it. New faces are smooth. Velocities are those of real time.
     """
     data.clear_geometry()
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
@@ -35,6 +37,7 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
     data.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     velocity = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
     velocity.data.foreach_set("vector", flat(mesh.velocities))
+    data.splash_liquid.time_scale = 1.0
     data.update(calc_edges=True)
 
 
@@ -66,6 +69,7 @@ def new_object(
     collection_for(context, sketch).objects.link(splash)
     splash.matrix_world = rigid_matrix(sketch)
     splash.splash.sketch, splash.splash.layer = sketch, layer
+    assign_settings(splash.splash_motion, to_settings(context.scene.splash_motion, MotionSettings))
     return splash
 
 

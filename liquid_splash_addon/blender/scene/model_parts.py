@@ -12,12 +12,14 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...core.settings import MotionSettings
 from ..data import index
 from ..data.model import models_of, splashes_in
+from ..data.properties import assign_settings, to_settings
 from . import mesh_object
-from .grease_pencil import rigid_matrix
 from .material import water_material
 from .objects import SceneError
+from .raw_strokes import rigid_matrix
 
 NAME = "Splash Model"
 
@@ -36,6 +38,8 @@ def new_model(context: bpy.types.Context, splashes: Sequence[bpy.types.Object]) 
     model.matrix_world = rigid_matrix(splashes[0] if sketch is None else sketch)
     context.view_layer.update()
     model.splash_model.is_model = True
+    motion = to_settings(splashes[0].splash_motion, MotionSettings)
+    assign_settings(model.splash_motion, motion)
     add_parts(model, splashes)
     return model
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..data.model import is_model
 from ..data.properties import is_splash, plain
-from .grease_pencil import rigid_matrix
 from .mesh_object import read_triangles
+from .raw_strokes import rigid_matrix
 
 if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle

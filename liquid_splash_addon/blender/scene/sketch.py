@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
 from .objects import enter_object_mode, select_only
+from .raw_strokes import SPEED
 
 INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
@@ -74,7 +75,7 @@ def add_strokes(
 
     Times become ``delta_time`` and pressures become thickness, as if drawn by hand.
 
-    radius : of the line at full pressure, in the sketch's own units
+    radius : of a stroke at full pressure, Blender units
     """
     drawing = (layer or sketch.data.layers[0]).current_frame().drawing
     before = len(drawing.attributes["position"].data) if len(drawing.curve_offsets) > 1 else 0
@@ -85,6 +86,12 @@ def add_strokes(
     pressures = [np.ones(len(d.points)) if d.pressures is None else d.pressures for d in drawings]
     append_values(drawing, "radius", before, radius * np.concatenate(pressures))
     append_values(drawing, "opacity", before, np.ones(sum(map(len, times))))
+    if any(d.speeds is not None for d in drawings):
+        nothing = np.nan
+        speeds = [
+            np.full(len(d.points), nothing) if d.speeds is None else d.speeds for d in drawings
+        ]
+        append_values(drawing, SPEED, before, np.concatenate(speeds))
     drawing.tag_positions_changed()
 
 

@@ -9,31 +9,68 @@ import bpy
 
 from ..data import index
 from ..data.model import active_part
-from ..data.properties import is_splash
+from ..data.properties import STROKE_TYPES, is_splash
 
 
 class Target(NamedTuple):
     """What to make a splash of. Without a splash a new one is made.
 
+    A sketch may be several objects: its place is that of the first, ``sketch``.
+
     layer : the one layer to make a new splash of; empty for all visible layers
+    others : further objects whose strokes belong to the sketch
     """
 
     sketch: bpy.types.Object
     splash: bpy.types.Object | None
     layer: str = ""
+    others: tuple[bpy.types.Object, ...] = ()
 
 
 def find_target(context: bpy.types.Context) -> Target | None:
-    """Find the active sketch and its splash, or the active splash and its sketch."""
+    """Find the active sketch and its splash, or the active splash and its sketch.
+
+    Other selected objects with strokes belong to the sketch: its splash is the one that is made of
+    exactly these objects.
+    """
     active = context.active_object
     if active is None:
         return None
-    if active.type == "GREASEPENCIL":
-        return Target(active, splash_of(active, context.scene))
+    if active.type in STROKE_TYPES:
+        others = selected_sketches(context, active)
+        splash = splash_of(active, context.scene, others)
+        return Target(active, None, "", others) if splash is None else target_of(splash)
     splash = active_part(active) or active
-    if is_splash(splash) and splash.splash.sketch is not None:
-        return Target(splash.splash.sketch, splash)
-    return None
+    return target_of(splash) if is_splash(splash) and splash.splash.sketch is not None else None
+
+
+def chosen_sketches(context: bpy.types.Context) -> tuple[bpy.types.Object, ...]:
+    """Return the active sketch and the others that are selected, or what the splash is made of."""
+    active, target = context.active_object, find_target(context)
+    if active is not None and active.type in STROKE_TYPES:
+        return (active, *selected_sketches(context, active))
+    return () if target is None else (target.sketch, *target.others)
+
+
+def target_of(splash: bpy.types.Object) -> Target:
+    """Return a splash with all that it is made of."""
+    return Target(splash.splash.sketch, splash, splash.splash.layer, others_of(splash))
+
+
+def others_of(splash: bpy.types.Object) -> tuple[bpy.types.Object, ...]:
+    """Return what a splash is made of beside its sketch, without objects that were deleted."""
+    found = [entry.sketch for entry in splash.splash.others]
+    return tuple(item for item in found if item is not None and item.users_scene)
+
+
+def selected_sketches(
+    context: bpy.types.Context, active: bpy.types.Object
+) -> tuple[bpy.types.Object, ...]:
+    """Return the other selected objects with strokes: in Object Mode, where many can be chosen."""
+    if active.mode != "OBJECT" or not active.select_get():
+        return ()
+    selected = context.selected_objects
+    return tuple(item for item in selected if item.type in STROKE_TYPES and item != active)
 
 
 def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
@@ -47,12 +84,31 @@ def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
     return target.splash if target is not None else None
 
 
-def splash_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object | None:
-    """Find the first splash made of the active layer of ``sketch``, else of all its layers."""
+def splash_of(
+    sketch: bpy.types.Object, scene: bpy.types.Scene, others: tuple[bpy.types.Object, ...] = ()
+) -> bpy.types.Object | None:
+    """Find the splash that is made of ``sketch`` and ``others``.
+
+    Of a sketch alone it is the first one made of its active layer, else of all its layers, else
+    one that it has only a part in.
+    """
+    if others:
+        wanted = {sketch, *others}
+        return next((item for item in index.splashes(scene) if made_of(item) == wanted), None)
     found = splashes_of(sketch, scene)
-    layer = sketch.data.layers.active
+    layer = sketch.data.layers.active if sketch.type == "GREASEPENCIL" else None
     names = ("",) if layer is None else (layer.name, "")
-    return next((item for name in names for item in found if item.splash.layer == name), None)
+    alone = [item for item in found if not others_of(item)]
+    for name in names:
+        if match := next((item for item in alone if item.splash.layer == name), None):
+            return match
+    return next((item for item in index.splashes(scene) if sketch in made_of(item)), None)
+
+
+def made_of(splash: bpy.types.Object) -> set[bpy.types.Object]:
+    """Return the objects that a splash is made of; empty for one that is made of a layer."""
+    record = splash.splash
+    return set() if record.layer else {record.sketch, *others_of(splash)} - {None}
 
 
 def splashes_of(sketch: bpy.types.Object, scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -37,9 +37,14 @@ class Written(NamedTuple):
 def sketch_to_draw_on(context: bpy.types.Context) -> bpy.types.Object:
     """Return the sketch that the buttons mean; a new one where there is none or it is linked."""
     target = find_target(context)
-    if target is not None and target.sketch.is_editable and target.sketch.data.is_editable:
+    if target is not None and can_be_drawn_on(target.sketch):
         return target.sketch
     return fresh_sketch(context)
+
+
+def can_be_drawn_on(item: bpy.types.Object) -> bool:
+    """Whether strokes can be added to an object with strokes: not to curves, nor to linked ones."""
+    return item.type == "GREASEPENCIL" and item.is_editable and item.data.is_editable
 
 
 def fresh_sketch(context: bpy.types.Context) -> bpy.types.Object:

@@ -11,12 +11,11 @@ from bpy.props import StringProperty
 
 from ..data import index
 from ..data.model import is_model, models_of
-from ..data.properties import is_splash
+from ..data.properties import STROKE_TYPES, is_splash
 from ..jobs import generate_layers, scheduler
 from ..jobs.work_queue import Work
-from ..scene import model_parts
+from ..scene import model_parts, targets
 from ..scene.objects import SceneError, select_only
-from ..scene.targets import splashes_of
 from .operators import SplashMaker
 
 
@@ -32,6 +31,16 @@ class SPLASH_OT_generate_layers(SplashMaker, bpy.types.Operator):
     bl_label = "Generate Layers"
     bl_options = {"UNDO"}  # noqa: RUF012 (no redo panel: each layer has settings of its own)
     needs_splash = False
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a sketch that can have layers, and no other run."""
+        if not super().poll(context):
+            return False
+        if targets.find_target(context).sketch.type == "GREASEPENCIL":
+            return True
+        cls.poll_message_set("Curves have no layers: select a Grease Pencil sketch")
+        return False
 
     def begin(self, context: bpy.types.Context) -> None:
         """Take note of the sketch alone: each layer has its own splash."""
@@ -61,9 +70,9 @@ def chosen_splashes(context: bpy.types.Context) -> list[bpy.types.Object]:
     known = set(index.splashes())
     selected = [item for item in context.selected_objects if item in known]
     active = context.active_object
-    if selected or active is None or active.type != "GREASEPENCIL":
+    if selected or active is None or active.type not in STROKE_TYPES:
         return selected
-    return splashes_of(active, context.scene)
+    return targets.splashes_of(active, context.scene)
 
 
 def chosen_model(context: bpy.types.Context) -> bpy.types.Object | None:

@@ -15,9 +15,11 @@ from ..jobs import dependencies, generate
 from ..jobs.messages import sentence_for
 from ..jobs.work_queue import Work
 from ..scene import sketch, targets
-from ..scene.grease_pencil import read_drawings, select_strokes
 from ..scene.objects import Handle, SceneError, enter_object_mode, select_only
+from ..scene.stroke_objects import read_object, select_strokes
 from .queued_operator import QueuedOperator
+
+NO_SKETCH = "Select a Grease Pencil sketch, curves, or a splash whose sketch still exists"
 
 
 class SplashMaker(QueuedOperator):
@@ -40,9 +42,7 @@ class SplashMaker(QueuedOperator):
         if not cls.is_free():
             return False
         if target is None:
-            cls.poll_message_set(
-                "Select a Grease Pencil sketch, or a splash whose sketch still exists"
-            )
+            cls.poll_message_set(NO_SKETCH)
         elif cls.needs_splash and target.splash is None:
             cls.poll_message_set("This sketch has no splash yet: generate one first")
         else:
@@ -51,8 +51,9 @@ class SplashMaker(QueuedOperator):
 
     def begin(self, context: bpy.types.Context) -> None:
         """Take note of sketch and splash, and of the settings that were given to the operator."""
-        sketch, splash, self._layer = targets.find_target(context)
+        sketch, splash, self._layer, others = targets.find_target(context)
         self._sketch = Handle.of(sketch)
+        self._others = tuple(map(Handle.of, others))
         self._splash = None if splash is None else Handle.of(splash)
         self._given = {
             name: value
@@ -79,9 +80,10 @@ class SplashMaker(QueuedOperator):
         """Find sketch and splash again. Raises SceneError if one was deleted meanwhile."""
         sketch = self._sketch.find()
         splash = None if self._splash is None else self._splash.find()
-        if sketch is None or (splash is None and self._splash is not None):
+        others = tuple(handle.find() for handle in self._others)
+        if sketch is None or None in others or (splash is None and self._splash is not None):
             raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
-        return targets.Target(sketch, splash, self._layer)
+        return targets.Target(sketch, splash, self._layer, others)
 
     def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
         """Return the stored settings, replaced by those that this operator was given."""
@@ -168,24 +170,25 @@ class SPLASH_OT_select_strokes(bpy.types.Operator):
         """Whether there is a sketch."""
         if targets.find_target(context) is not None:
             return True
-        cls.poll_message_set("Select a Grease Pencil sketch, or a splash whose sketch still exists")
+        cls.poll_message_set(NO_SKETCH)
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Select what would be left out."""
-        item, splash, _ = targets.find_target(context)
-        layer = "" if splash is None else splash.splash.layer
-        drawings, _ = read_drawings(item, layer)
-        unusable = [number for number, drawing in enumerate(drawings) if fault_of(drawing)]
-        if not unusable:
-            self.report({"INFO"}, "All strokes can be used")
-            return {"CANCELLED"}
-        enter_object_mode(context)
-        select_only(context, item)
-        bpy.ops.object.mode_set(mode="EDIT")
-        select_strokes(item, layer, unusable)
-        self.report({"INFO"}, f"Selected {len(unusable)} stroke(s) that cannot be used")
-        return {"FINISHED"}
+        target = targets.find_target(context)
+        layer = "" if target.splash is None else target.splash.splash.layer
+        for item in (target.sketch, *target.others):
+            drawings, _ = read_object(item, layer)
+            unusable = [number for number, drawing in enumerate(drawings) if fault_of(drawing)]
+            if unusable:
+                enter_object_mode(context)
+                select_only(context, item)
+                bpy.ops.object.mode_set(mode="EDIT")
+                select_strokes(item, layer, unusable)
+                self.report({"INFO"}, f"Selected {len(unusable)} stroke(s) that cannot be used")
+                return {"FINISHED"}
+        self.report({"INFO"}, "All strokes can be used")
+        return {"CANCELLED"}
 
 
 class SPLASH_OT_copy_install_command(bpy.types.Operator):

@@ -102,7 +102,9 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
             )
         layout.use_property_split = True
         layout.prop(record, "sketch")
-        if record.sketch is not None:
+        for other in record.others:
+            layout.prop(other, "sketch")
+        if record.sketch is not None and record.sketch.type == "GREASEPENCIL":
             layout.prop_search(record, "layer", record.sketch.data, "layers")
 
 

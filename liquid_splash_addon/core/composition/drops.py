@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Drops(NamedTuple):
-    """Drops that fly free, in drawing units.
+    """Drops that fly free, in drawing units where nothing else is said.
 
     Attributes
     ----------
@@ -35,8 +35,18 @@ def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
     return Drops(
         frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),
         frame.vectors_to_drawing(cloud.velocities.astype(np.float64)).astype(np.float32),
-        (cloud.radii / frame.scale).astype(np.float32),
+        frame.scale.lengths_to_drawing(cloud.radii).astype(np.float32),
         cloud.meshed,
+    )
+
+
+def drops_to_local(drops: Drops, frame: Frame) -> Drops:
+    """Convert free drops from drawing units to local metres."""
+    return Drops(
+        frame.points_to_local(drops.positions.astype(np.float64)).astype(np.float32),
+        frame.vectors_to_local(drops.velocities.astype(np.float64)).astype(np.float32),
+        frame.scale.lengths_to_local(drops.radii).astype(np.float32),
+        drops.meshed,
     )
 
 

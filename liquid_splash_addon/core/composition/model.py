@@ -110,8 +110,7 @@ class Composer:
         """
         report = report or silent
         everyone = copies(parts, settings)
-        shape = (tuple((part.name, place_of(part.placed.frame)) for part in everyone),
-                 settings.blend)  # fmt: skip
+        shape = shape_key(everyone, settings)
         blocks = self._joined(shape, everyone, settings.blend, report)
         report("Building surface", 0.7)
         around = (shape, digest(obstacles), offset)
@@ -129,6 +128,24 @@ class Composer:
             mesh = replace(mesh, vertices=vertices)
         report("Done", 1.0)
         return Composed(mesh, drops, warnings)
+
+    def liquid(
+        self,
+        parts: Sequence[Part],
+        settings: ModelSettings,
+        obstacles: Sequence[Obstacle] = (),
+        offset: float = 0.0,
+        report: Report | None = None,
+    ) -> tuple[Blocks, Drops]:
+        """Return what :meth:`compose` makes its mesh from: the liquid without waves, and the drops.
+
+        Both in drawing units; obstacles are carved out. Raises what ``compose`` raises.
+        """
+        everyone = copies(parts, settings)
+        shape = shape_key(everyone, settings)
+        blocks = self._joined(shape, everyone, settings.blend, report or silent)
+        blocks = blocks.carved(obstacles, offset)
+        return blocks, free_drops(everyone, blocks, obstacles, offset)[0]
 
     def _joined(
         self, name: Hashable, parts: Sequence[Part], blend: float, report: Report
@@ -154,13 +171,18 @@ class Composer:
         self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings
     ) -> tuple[Mesh, list[str]]:
         """Return the mesh with waves in the local metres of ``part``, and warnings."""
-        scale, spacing = np.float32(part.frame.scale), part.liquid.grid.spacing
-        metres = replace(mesh, vertices=mesh.vertices * scale)
+        scale, spacing = part.frame.scale, part.liquid.grid.spacing
+        metres = replace(mesh, vertices=scale.lengths_to_local(mesh.vertices))
         edge = wave_edge(metres, settings, spacing)
         if self._ready is None or self._ready[0] != (name, edge, spacing):
             self._ready = (name, edge, spacing), prepare(metres, edge, spacing)
         moved, about = propagate(self._ready[1], settings)
-        return replace(moved, vertices=moved.vertices / scale), about.warnings
+        return replace(moved, vertices=scale.lengths_to_drawing(moved.vertices)), about.warnings
+
+
+def shape_key(parts: Sequence[Part], settings: ModelSettings) -> Hashable:
+    """Return a key of the liquid that these parts, copies included, are joined to."""
+    return tuple((part.name, place_of(part.placed.frame)) for part in parts), settings.blend
 
 
 def finest(parts: Sequence[Part]) -> Placed:

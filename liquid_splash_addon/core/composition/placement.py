@@ -38,7 +38,7 @@ class Placed:
     @property
     def cell(self) -> float:
         """Edge of a cell in drawing units."""
-        return self.liquid.grid.spacing / self.frame.scale
+        return self.frame.scale.lengths_to_drawing(self.liquid.grid.spacing)
 
     def moved(self, turn: np.ndarray, point: np.ndarray) -> Placed:
         """Return the splash rotated or mirrored about ``point``; turn : orthogonal ``(3, 3)``."""

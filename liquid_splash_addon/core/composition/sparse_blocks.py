@@ -11,6 +11,7 @@ import numpy as np
 from ..compiling import njit
 from ..grid import Grid
 from ..liquid.level_set import LevelSet
+from ..mesh.isosurface import isosurface
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import taubin_smoothed
 from ..numeric.trilinear import corner_weight
@@ -125,16 +126,13 @@ class Blocks:
 
     def marched(self) -> tuple[np.ndarray, np.ndarray]:
         """Return vertices ``(n, 3)`` in cells (centres at whole numbers) and faces ``(m, 3)``."""
-        from skimage.measure import marching_cubes
-
         table = self.table()
         points, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
         for n, start in enumerate(self.starts):
             level = self.level_with_sides(n, table)
             if (level < 0).all() or (level > 0).all():
                 continue
-            # "descent" because the liquid lies below the level: normals then point outward.
-            found, triangles, _, _ = marching_cubes(level, 0.0, gradient_direction="descent")
+            found, triangles = isosurface(level, 0.0)
             points.append(found + start.astype(np.float64))
             faces.append(triangles + count)
             count += len(found)

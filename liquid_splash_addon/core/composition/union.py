@@ -194,9 +194,9 @@ def to_local(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return matrix and shift from a block's cells to the splash's, and velocities' matrix back."""
     frame, grid = part.frame, part.liquid.grid
-    matrix = frame.axes * (frame.scale * cell / grid.spacing)
+    matrix = frame.axes * (frame.scale.lengths_to_local(cell) / grid.spacing)
     first = frame.points_to_local((place * SIDE + 0.5) * cell)
-    return matrix, grid.to_cells(first), frame.axes.T / frame.scale
+    return matrix, grid.to_cells(first), frame.scale.velocities_to_drawing(frame.axes.T)
 
 
 @njit(cache=True)

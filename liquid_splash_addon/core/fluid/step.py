@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..scale import GRAVITY
 from .advection import advect
 from .cells import Cells, activate, sort_by_cell
 from .collision import Solid, collide, open_share
@@ -18,9 +19,6 @@ from .pressure import Poisson, project, spread_apart
 from .sheets import resample_sheets
 from .surface_tension import WATER, surface_pressure
 from .transfer import faces_to_particles, particles_to_faces
-
-GRAVITY = 9.81
-"""m/s^2, down."""
 
 AIR_LAYERS = 2
 """Layers of air cells with a velocity: a particle moves CFL / 2 cells to the midpoint."""

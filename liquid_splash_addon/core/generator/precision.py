@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import json
 import time
 from typing import NamedTuple, TypeVar
 
 import torch
+
+from .. import compiled_code
 
 DTYPES = {"float32": torch.float32, "bfloat16": torch.bfloat16}
 """Formats for training."""
@@ -19,6 +22,15 @@ SMALL, LARGE = 8, 32
 
 HOPELESS = 2.0
 """Seconds for LARGE from which a format is of no use on any device."""
+
+SLOWER = 20.0
+"""Times of 32 bits' from which a rough measurement is enough: a processor without bfloat16."""
+
+NEGLIGIBLE = 0.25
+"""Seconds that a rough measurement may say of any format: graphics cards take long to start."""
+
+KEPT = "precision"
+"""Name of the file that keeps what was measured, beside the compiled code."""
 
 
 class Precision(NamedTuple):
@@ -60,10 +72,10 @@ def prepare(network: Network, device: str, precision: str) -> Network:
     return moved
 
 
-def seconds(device: str, precision: str, repeats: int = 3) -> float:
+def seconds(device: str, precision: str, repeats: int = 3, most: float = HOPELESS) -> float:
     """Return the least time of a convolution like the networks' own, in seconds.
 
-    Infinite where the device has no kernel for it; estimated where it would take too long.
+    Infinite where the device has no kernel for it; estimated where it would take over ``most``.
     """
     layers = torch.nn.Sequential(torch.nn.Conv3d(32, 32, 3, padding=1))
     try:
@@ -72,7 +84,7 @@ def seconds(device: str, precision: str, repeats: int = 3) -> float:
         # A processor without bfloat16 takes hundreds of times as long: a part of it shows that.
         rough = [once(layers, device, dtype, SMALL) for _ in range(2)][1]
         estimate = rough * (LARGE / SMALL) ** 3
-        if estimate > HOPELESS:
+        if estimate > most:
             return estimate
         return min(once(layers, device, dtype, LARGE) for _ in range(repeats + 1))
     except (NotImplementedError, RuntimeError, TypeError, ValueError):  # as their kernels say
@@ -91,17 +103,50 @@ def once(layers: torch.nn.Module, device: str, dtype: torch.dtype, side: int) ->
 
 def fastest_precision(device: str) -> str:
     """Return the fastest of DTYPES, see WORTHWHILE."""
-    half = seconds(device, "bfloat16")
-    return "bfloat16" if half < WORTHWHILE * seconds(device, "float32") else "float32"
+    full = seconds(device, "float32")
+    return "bfloat16" if pays(device, "bfloat16", full) else "float32"
 
 
 def fastest_in_use(device: str) -> str:
     """Return the fastest of PRECISIONS for inference, see WORTHWHILE."""
     plain = fastest_precision(device)
     fewer = IN_EIGHT_BITS[plain]
-    return fewer if seconds(device, fewer) < WORTHWHILE * seconds(device, plain) else plain
+    return fewer if pays(device, fewer, seconds(device, plain)) else plain
+
+
+def pays(device: str, precision: str, usual: float) -> bool:
+    """Return whether a format takes so much less than ``usual`` seconds that it is worth it."""
+    most = min(HOPELESS, max(NEGLIGIBLE, SLOWER * usual))
+    return seconds(device, precision, most=most) < WORTHWHILE * usual
+
+
+def known_fastest(device: str) -> str:
+    """Return :func:`fastest_in_use`, measured once on this machine if that can be kept."""
+    folder = compiled_code.folder()
+    if folder is None:
+        return fastest_in_use(device)
+    path = compiled_code.machine_file(folder, KEPT)
+    try:
+        known = json.loads(path.read_text())
+        known = known if isinstance(known, dict) else {}
+    except (OSError, ValueError):
+        known = {}
+    key = device_key(device)
+    if known.get(key) not in PRECISIONS:
+        known[key] = fastest_in_use(device)
+        try:
+            path.write_text(json.dumps(known))
+        except OSError:  # it will be measured again
+            pass
+    return str(known[key])
+
+
+def device_key(device: str) -> str:
+    """Return what a measurement holds for: this torch on this card or processor."""
+    card = torch.cuda.get_device_name() if device == "cuda" else ""
+    return f"{device} {card} {torch.__version__}"
 
 
 def is_usable(device: str, precision: str) -> bool:
     """Return whether the device can compute in this format."""
-    return precision in PRECISIONS and seconds(device, precision, repeats=0) < float("inf")
+    return precision in PRECISIONS and seconds(device, precision, most=0.0) < float("inf")

@@ -156,9 +156,19 @@ def halved(crossed: SparseCondition) -> SparseCondition:
         sums[:, 1 : STROKE.stop] / drawn.clamp_min(1),
         sums[:, PATCH] / patched.clamp_min(1),
     ]
-    return SparseCondition(
-        torch.stack(torch.unravel_index(cells, shape), 1), torch.cat(means, 1), shape
-    )
+    return SparseCondition(unravelled(cells, shape), torch.cat(means, 1), shape)
+
+
+def unravelled(cells: Tensor, shape: Sequence[int]) -> Tensor:
+    """Return the indices ``(n, len(shape))`` of flat indices ``cells``.
+
+    As torch.unravel_index, whose first call imports a package for algebra, for a second.
+    """
+    columns = []
+    for size in reversed(shape):
+        columns.append(cells % size)
+        cells = cells.div(size, rounding_mode="floor")
+    return torch.stack(columns[::-1], 1)
 
 
 def strided_stem(stem: nn.Conv3d, crossed: SparseCondition, total: Tensor) -> Tensor:

@@ -10,6 +10,7 @@ from ..liquid.fields import Fields
 from ..liquid.level_set import liquid_box, surface_level
 from ..liquid.volume import filled_cells
 from ..numeric.trilinear import sample_field
+from .isosurface import isosurface
 from .mesh import Mesh, edge_counts
 from .taubin import taubin_smoothed
 
@@ -64,11 +65,8 @@ def marched(level: np.ndarray, iso: float) -> tuple[np.ndarray, np.ndarray]:
     of them nearer to zero, so ``iso`` is halved until there are none; at zero, where such sheets
     are torn, the surface is taken as it is.
     """
-    from skimage.measure import marching_cubes
-
     while True:
-        # "descent" because the liquid lies below the level: normals then point outward.
-        vertices, faces, _, _ = marching_cubes(level, iso, gradient_direction="descent")
+        vertices, faces = isosurface(level, iso)
         if edge_counts(faces, len(vertices)).data.max() == 1 or iso == 0 or level.min() >= 0:
             return vertices, faces
         iso = iso / 2 if abs(iso) > 0.05 else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..grid import Grid
 from ..liquid.fields import AIR
+from ..mesh.isosurface import isosurface
 from ..mesh.mesh import Mesh
 from ..mesh.taubin import neighbour_mean
 from ..numeric.triangles import signed_volumes
@@ -143,8 +144,6 @@ def mesh_drops(
 
     velocity : ``(k, 3)``, m/s, of each number in ``label``; cohesion : see :func:`drop_cloud`.
     """
-    from skimage.measure import marching_cubes
-
     if not len(drops):
         return Mesh.empty(), np.zeros(0, dtype=np.int32)
     low, high = drop_boxes(fine, label, drops)
@@ -155,7 +154,7 @@ def mesh_drops(
     place[drops] = np.arange(len(drops))
     table, leaves = fine.cells.table, fine.cells.leaves
     fill_atlas(place[label], fine.level, table, leaves, low, sizes, offsets, atlas)
-    vertices, faces, _, _ = marching_cubes(atlas, 0.0, gradient_direction="descent")
+    vertices, faces = isosurface(atlas, 0.0)
     drop = np.searchsorted(offsets, vertices[:, 0], side="right") - 1
     moved = rounded(vertices.astype(np.float64), faces, drop, cohesion)
     moved[:, 0] -= offsets[drop]

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..scale import Scale
 from ..settings import SplashSettings
-from .local_frame import longest_side
+from .local_frame import fit_scale
 from .strokes import Stroke, StrokeError, arc_length
 
 VELOCITY_WINDOW = 0.06
@@ -28,11 +29,13 @@ class Drawing:
     points : float ``(n, 3)``
     times : float ``(n,)`` seconds since the stroke began, or None where none were recorded
     pressures : float ``(n,)`` in 0..1, or None
+    speeds : float ``(n,)``, the hand's speed where it was stored, units per second, or None
     """
 
     points: np.ndarray
     times: np.ndarray | None = None
     pressures: np.ndarray | None = None
+    speeds: np.ndarray | None = None
 
     @property
     def is_timed(self) -> bool:
@@ -114,11 +117,11 @@ def segment_directions(points: np.ndarray) -> np.ndarray:
 
 
 def strokes_from_drawings(
-    drawings: Sequence[Drawing], settings: SplashSettings, scale: float | None = None
+    drawings: Sequence[Drawing], settings: SplashSettings, scale: Scale | None = None
 ) -> tuple[list[Stroke], list[str]]:
     """Give every drawing its velocities by ``settings.speed_source``.
 
-    scale : local metres per drawing unit; by default from ``settings.real_size``.
+    scale : of the drawing; by default from ``settings.real_size``.
 
     Returns the strokes (drawing units, drawing units per second) and warnings for the user.
     Drawings that cannot be used are left out with a warning. Raises StrokeError where none is left.
@@ -126,35 +129,52 @@ def strokes_from_drawings(
     drawings, _, left_out = usable_drawings(drawings)
     if scale is None:
         scale = drawing_scale(drawings, settings.real_size)
-    strokes, untimed, unpressed = [], 0, 0
+    strokes: list[Stroke] = []
+    lacking = 0
+    hand_speed = scale.velocities_to_drawing(settings.stroke_speed)
     for drawing in drawings:
-        hand_speed = np.full(len(drawing.points), settings.stroke_speed / scale)
-        if settings.speed_source == "TIME" and drawing.is_timed:
-            velocities = estimate_velocity(drawing.points, np.asarray(drawing.times))
-        else:
-            untimed += settings.speed_source == "TIME"
-            if settings.speed_source == "PRESSURE":
-                if drawing.pressures is None:
-                    unpressed += 1
-                else:
-                    hand_speed = hand_speed * drawing.pressures
-            velocities = hand_speed[:, None] * tangents(drawing.points)
+        velocities = known_velocity(drawing, settings, hand_speed)
+        if velocities is None:
+            lacking += 1
+            velocities = hand_speed * tangents(drawing.points)
         strokes.append(Stroke(drawing.points, velocities))
     warnings = left_out
-    for count, lack in ((untimed, "recorded time"), (unpressed, "pressure")):
-        if count:
-            warnings.append(
-                f"{count} of {len(drawings)} strokes have no {lack}: "
-                f"drawn at a constant {settings.stroke_speed:g} m/s"
-            )
+    if lacking:
+        warnings.append(
+            f"{lacking} of {len(drawings)} strokes have no {LACKS[settings.speed_source]}: "
+            f"drawn at a constant {settings.stroke_speed:g} m/s"
+        )
     return strokes, warnings
 
 
-def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> float:
-    """Return local metres per drawing unit, so that the longest side measures ``real_size``."""
-    if real_size <= 0:
-        return 1.0
-    return real_size / longest_side([np.asarray(d.points, dtype=np.float64) for d in drawings])
+LACKS = {"TIME": "recorded time", "ATTRIBUTE": "stored speed or time", "PRESSURE": "pressure"}
+"""What strokes without a speed do not have, by the source of speed."""
+
+
+def known_velocity(
+    drawing: Drawing, settings: SplashSettings, hand_speed: float
+) -> np.ndarray | None:
+    """Return a drawing's velocities ``(n, 3)`` by ``settings.speed_source``, in its own units.
+
+    hand_speed : the setting Stroke Speed, in the drawing's units per second
+    None where it lacks what that needs. Stored speeds take their place before times.
+    """
+    source = settings.speed_source
+    if source == "CONSTANT":
+        return hand_speed * tangents(drawing.points)
+    if source == "PRESSURE" and drawing.pressures is not None:
+        speed = hand_speed * np.asarray(drawing.pressures)
+        return speed[:, None] * tangents(drawing.points)
+    if source == "ATTRIBUTE" and drawing.speeds is not None:
+        return np.asarray(drawing.speeds)[:, None] * tangents(drawing.points)
+    if source in ("TIME", "ATTRIBUTE") and drawing.is_timed:
+        return estimate_velocity(drawing.points, np.asarray(drawing.times))
+    return None
+
+
+def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> Scale:
+    """Return the scale at which the longest side measures ``real_size``, see :func:`fit_scale`."""
+    return fit_scale([np.asarray(d.points, dtype=np.float64) for d in drawings], real_size)
 
 
 def fault_of(drawing: Drawing) -> str:
@@ -162,7 +182,7 @@ def fault_of(drawing: Drawing) -> str:
     points = np.asarray(drawing.points, dtype=np.float64)
     if len(points) < 2:
         return "of a single point"
-    given = [values for values in (drawing.times, drawing.pressures) if values is not None]
+    given = [v for v in (drawing.times, drawing.pressures, drawing.speeds) if v is not None]
     if not all(np.isfinite(values).all() for values in (points, *given)):
         return "with a position, time or pressure that is not a number"
     if arc_length(points.astype(np.float32))[-1] <= 0:

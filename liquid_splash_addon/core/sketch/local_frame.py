@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..grid import LOCAL_SPACING
+from ..scale import Scale
 from .strokes import Stroke, check_strokes, resample, resampled_points
 
 PROVISIONAL_POINTS = 256
@@ -29,34 +30,35 @@ not quite symmetric; its axes must not turn round with every small edit."""
 class Frame:
     """Similarity transform between the drawing and the local box.
 
-    ``local = scale * axes @ (drawn - centre)``, so ``drawn = axes.T @ local / scale + centre``.
+    ``local = scale.length * axes @ (drawn - centre)``, and
+    ``drawn = axes.T @ local / scale.length + centre``.
 
     Attributes
     ----------
     axes : float64 ``(3, 3)``, rows are the local x, y, z axes in the drawing's space
     centre : float64 ``(3,)``, the local origin, in drawing units
-    scale : local metres per drawing unit
+    scale : local metres and seconds per drawing unit and second
     """
 
     axes: np.ndarray
     centre: np.ndarray
-    scale: float
+    scale: Scale
 
     def points_to_local(self, points: np.ndarray) -> np.ndarray:
         """Map positions ``(..., 3)`` from drawing units to local metres."""
-        return self.scale * (points - self.centre) @ self.axes.T
+        return self.scale.lengths_to_local(points - self.centre) @ self.axes.T
 
     def points_to_drawing(self, points: np.ndarray) -> np.ndarray:
         """Map positions ``(..., 3)`` from local metres to drawing units."""
-        return points @ self.axes / self.scale + self.centre
+        return self.scale.lengths_to_drawing(points @ self.axes) + self.centre
 
     def vectors_to_local(self, vectors: np.ndarray) -> np.ndarray:
-        """Map velocities ``(..., 3)`` from drawing units per second to local m/s."""
-        return self.scale * vectors @ self.axes.T
+        """Map velocities ``(..., 3)`` from drawing units per drawing second to local m/s."""
+        return self.scale.velocities_to_local(vectors) @ self.axes.T
 
     def vectors_to_drawing(self, vectors: np.ndarray) -> np.ndarray:
-        """Map velocities ``(..., 3)`` from local m/s to drawing units per second."""
-        return vectors @ self.axes / self.scale
+        """Map velocities ``(..., 3)`` from local m/s to drawing units per drawing second."""
+        return self.scale.velocities_to_drawing(vectors @ self.axes)
 
     def strokes_to_local(self, strokes: Sequence[Stroke], gain: float = 1.0) -> list[Stroke]:
         """Map strokes to local metres and m/s; velocities are multiplied by ``gain``."""
@@ -88,8 +90,9 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     """
     check_strokes(strokes)
     points = [stroke.points.astype(np.float64) for stroke in strokes]
-    scale = real_size / longest_side(points) if real_size > 0 else 1.0
-    dense = [resample(stroke, LOCAL_SPACING / 2 / scale) for stroke in strokes]
+    scale = fit_scale(points, real_size)
+    step = scale.lengths_to_drawing(LOCAL_SPACING / 2)
+    dense = [resample(stroke, step) for stroke in strokes]
     positions = np.concatenate([stroke.points for stroke in dense]).astype(np.float64)
     velocities = np.concatenate([stroke.velocities for stroke in dense]).astype(np.float64)
     order = np.repeat(np.arange(len(dense)), [len(stroke.points) for stroke in dense])
@@ -102,6 +105,14 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
         for axis in axes[:2]
     )
     return Frame(np.stack([first, second, np.cross(first, second)]), centre, scale)
+
+
+def fit_scale(polylines: Sequence[np.ndarray], real_size: float) -> Scale:
+    """Return the scale at which the longest side of ``polylines`` measures ``real_size`` metres.
+
+    polylines : float64 ``(n, 3)`` each; real_size : 0 takes them to be in metres already.
+    """
+    return Scale.of_length(real_size / longest_side(polylines) if real_size > 0 else 1.0)
 
 
 def principal_axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
