@@ -10,8 +10,9 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing
-from .grease_pencil import is_hidden, layer_matrix, read_attribute
+from .grease_pencil import is_hidden, layer_matrix
 from .objects import Handle
+from .raw_strokes import read_attribute
 from .sketch import INK_RADIUS, add_strokes, new_sketch
 from .targets import find_target
 
