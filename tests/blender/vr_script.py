@@ -303,9 +303,6 @@ def pictures() -> Steps:
         next(r for r in area.regions if r.type == "UI").active_panel_category = "Splash"
     yield from begin()
     area.spaces.active.mirror_xr_session = True
-    bpy.utils.unregister_class(bpy.types.SPLASH_PT_vr)
-    vr_panel.SPLASH_PT_vr.bl_options, vr_panel.SPLASH_PT_vr.bl_order = set(), 0
-    bpy.utils.register_class(vr_panel.SPLASH_PT_vr)
     for height in (1.5, 1.65):
         yield from HANDS.draw(0, circle((-0.25, height, -1.2), 0.15, 16))
     place = circle((0.15, 1.55, -1.2), 0.2, 24)
@@ -384,11 +381,13 @@ def run(script: Steps) -> Callable[[], float | None]:
 
 
 if __name__ == "__main__":
+    words = sys.argv[sys.argv.index("--") + 1 :]
+    if "pictures" in words:  # the panel that they show, open and at the top
+        vr_panel.SPLASH_PT_vr.bl_options, vr_panel.SPLASH_PT_vr.bl_order = set(), -1
     liquid_splash_addon.register()
     GENERATOR = TubeGenerator()
     loaded_generator.get = lambda *_: GENERATOR
     bpy.context.preferences.view.show_splash = False
     vr_drawing.DrawingSession.step = timed(vr_drawing.DrawingSession.step)
     HANDS = Hands()
-    words = sys.argv[sys.argv.index("--") + 1 :]
     bpy.app.timers.register(run(everything(words)), first_interval=0.5, persistent=True)
