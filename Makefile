@@ -2,6 +2,8 @@
 # PYTHON     the Python to make .venv from: 3.11, because Blender 4.5's module is for that one
 # PIP_ARGS   options for pip, e.g. another package index
 # BLENDER    a Blender to use instead of the provisioned one
+# WHEELS     a folder with wheels for make zip and make lock that the package index does not have
+# CUDA       1: make zip takes the wheels for NVIDIA's cards
 # TEST_ARGS  options for pytest, e.g. TEST_ARGS="-k strokes"
 
 SHELL := /bin/bash
@@ -13,7 +15,7 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build release clean
+.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build zip repo lock licences release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -51,8 +53,20 @@ blender: $(INSTALLED) ## provision a real Blender from Debian (needs root), outs
 	PIP="$(VENV_PYTHON) -m pip" tests/provision_blender.sh
 	@echo "tests/blender.sh runs it"
 
-build: $(INSTALLED) ## the extension's zip, in dist/
+build: $(INSTALLED) ## the extension's light zip, in dist/
 	$(VENV_PYTHON) build.py
+
+zip: $(INSTALLED) ## the light zip, and one with all wheels for each platform and Python
+	$(VENV_PYTHON) build.py --all $(if $(WHEELS),--wheels "$(WHEELS)") $(if $(CUDA),--cuda)
+
+repo: $(INSTALLED) ## what `make zip` built, as a repository that Blender subscribes to
+	$(VENV_PYTHON) -m scripts.extension.repository
+
+lock: $(INSTALLED) ## list the wheels of the zips anew, with their hashes
+	$(VENV_PYTHON) -m scripts.extension.lock $(if $(WHEELS),--wheels "$(WHEELS)")
+
+licences: $(INSTALLED) ## the table of docs/licences.md: what the zips contain, and its licences
+	$(VENV_PYTHON) -m scripts.extension.notices
 
 release: $(INSTALLED) ## check that the version can be released, and tag it
 	$(VENV_PYTHON) scripts/release.py

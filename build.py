@@ -1,76 +1,118 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build the extension's zip in dist/, validated by Blender's own tool.
+"""Build the extension's zips in dist/, each validated by Blender's own tool.
+
+    python build.py            the light zip, without wheels
+    python build.py --all      that one, and one with all wheels for each platform and Python
 
 BLENDER names the Blender to use; without it, the tool inside the bpy module does the same.
 """
 
 import argparse
-import importlib.util
-import os
+import re
 import shutil
-import subprocess
-import sys
 import tempfile
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
+
+from scripts.extension.blender_tool import run
+from scripts.extension.lock import Unavailable
+from scripts.extension.notices import write_notices
+from scripts.extension.targets import CUDA_TARGETS, TARGETS, Target
+from scripts.extension.wheels import have, place
 
 ROOT = Path(__file__).resolve().parent
 MANIFEST = ROOT / "blender_manifest.toml"
 
 
 def stage(folder: Path) -> None:
-    """Put the extension together: the add-on's code, its manifest, the licence and its wheels."""
+    """Put the extension together: the add-on's code, its manifest and the licence."""
     ignored = shutil.ignore_patterns("__pycache__", ".*")
     shutil.copytree(ROOT / "liquid_splash_addon", folder, ignore=ignored)
     shutil.copy(MANIFEST, folder)
     shutil.copy(ROOT / "LICENSE", folder)
-    for wheel in tomllib.loads(MANIFEST.read_text())["wheels"]:
-        (folder / wheel).parent.mkdir(exist_ok=True)
-        shutil.copy(ROOT / wheel, folder / wheel)
 
 
-def extension_tool() -> list[str | Path]:
-    """Return the command that builds and validates extensions."""
-    if blender := os.environ.get("BLENDER"):
-        return [blender, "--command", "extension"]
-    module = importlib.util.find_spec("bpy")
-    if module is None or module.origin is None:
-        raise SystemExit("Building needs BLENDER=/path/to/blender or the bpy module")
-    scripts = Path(module.origin).parent.glob("*/scripts")
-    return [sys.executable, next(scripts) / "addons_core/bl_pkg/cli/blender_ext.py"]
+def add_wheels(folder: Path, target: Target, wheels: Sequence[Path]) -> None:
+    """Add a target's wheels and what is to be said of them."""
+    (folder / "wheels").mkdir()
+    for path in wheels:
+        place(path, folder / "wheels")
+    # NVIDIA's licence is not one for code under the GPL: such a zip is for oneself.
+    write_notices(wheels, folder, is_for_others=not target.cuda)
+    path = folder / MANIFEST.name
+    text = manifest_for(path.read_text(encoding="utf-8"), target, [p.name for p in wheels])
+    path.write_text(text, encoding="utf-8")
 
 
-def run(*command: str | Path) -> None:
-    """Run a command, and end with its exit code if it fails: it has said why."""
-    code = subprocess.run(command).returncode
-    if code != 0:
-        raise SystemExit(code)
+def manifest_for(text: str, target: Target, wheels: Sequence[str]) -> str:
+    """Return the manifest with what depends on the platform and Python; the rest as it is."""
+    listed = "".join(f'  "./wheels/{name}",\n' for name in sorted(wheels))
+    lines = {
+        "wheels": f"wheels = [\n{listed}]",
+        "blender_version_min": (
+            f'blender_version_min = "{target.python.first}"\n'
+            f'blender_version_max = "{target.python.end}"\n'
+            f'platforms = ["{target.platform.blender}"]'
+        ),
+    }
+    for key, line in lines.items():
+        text, count = re.subn(rf"^{key} = .*$", lambda _, line=line: line, text, flags=re.M)
+        assert count == 1, f"{MANIFEST.name} must set {key} once, in one line"
+    return text
 
 
-def build(output: Path) -> None:
-    """Build the zips, one a platform where the wheels are several, and validate them."""
-    tool = extension_tool()
-    output.mkdir(parents=True, exist_ok=True)
-    for path in output.glob("liquid_splash-*.zip"):
-        path.unlink()
-    several = ["--split-platforms"] if "platforms" in tomllib.loads(MANIFEST.read_text()) else []
+def pack(path: Path, target: Target | None = None, wheels: Sequence[Path] = ()) -> None:
+    """Build one zip and validate it; ``target`` None: the light one."""
     workspace = ROOT / "build"
     workspace.mkdir(exist_ok=True)
     # A folder of its own: nothing else of the checkout can end up in the zip.
     with tempfile.TemporaryDirectory(dir=workspace) as folder:
         staged = Path(folder) / "extension"
         stage(staged)
-        run(*tool, "build", "--source-dir", staged, "--output-dir", output, *several)
+        if target:
+            add_wheels(staged, target, wheels)
+        run("build", "--source-dir", staged, "--output-filepath", path)
+    # Building does not check everything that installing needs.
+    run("validate", path)
+
+
+def build(output: Path, targets: Sequence[Target], folder: Path | None = None) -> None:
+    """Build the light zip, and those of ``targets`` whose wheels can be had."""
+    output.mkdir(parents=True, exist_ok=True)
     for path in output.glob("liquid_splash-*.zip"):
-        # Building does not check everything that installing needs.
-        run(*tool, "validate", path)
+        path.unlink()
+    version = tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
+    pack(output / f"liquid_splash-{version}.zip")
+    for target in targets:
+        try:
+            path = output / f"liquid_splash-{version}-{target.name}.zip"
+            pack(path, target, have(target, folder))
+        except Unavailable as reason:
+            print(f"Left out: {target.name}. {reason}", flush=True)
+
+
+def chosen_targets(arguments: argparse.Namespace) -> list[Target]:
+    """Return the zips with wheels that the command line asks for."""
+    known = {target.name: target for target in [*TARGETS, *CUDA_TARGETS]}
+    every = (CUDA_TARGETS if arguments.cuda else TARGETS) if arguments.all else []
+    return [*every, *(known[name] for name in arguments.target)]
 
 
 def main() -> None:
-    """Build the extension where the command line says."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, default=ROOT / "dist", help="folder for the zip")
-    build(parser.parse_args().output.resolve())
+    """Build what the command line says, where it says."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    names = [target.name for target in [*TARGETS, *CUDA_TARGETS]]
+    parser.add_argument("--output", type=Path, default=ROOT / "dist", help="folder for the zips")
+    parser.add_argument("--all", action="store_true", help="also the zips with wheels")
+    parser.add_argument("--cuda", action="store_true", help="with --all: wheels for NVIDIA GPUs")
+    parser.add_argument("--target", action="append", default=[], choices=names, metavar="NAME",
+                        help=f"also this zip with wheels: {', '.join(names)}")  # fmt: skip
+    parser.add_argument("--wheels", type=Path, help="folder with wheels to use first")
+    arguments = parser.parse_args()
+    build(arguments.output.resolve(), chosen_targets(arguments), arguments.wheels)
 
 
 if __name__ == "__main__":

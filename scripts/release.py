@@ -122,7 +122,7 @@ def main() -> int:
         print("Not released:", *reasons, sep="\n  ", file=sys.stderr)
         return 1
     version = manifest_version(ROOT)
-    print(f"Tagged v{version}. To publish it: git push origin v{version}; its zip: make build")
+    print(f"Tagged v{version}. To publish it: git push origin v{version}; its zips: make zip")
     return 0
 
 

@@ -19,7 +19,7 @@ ROOMS = {
     "liquid_splash_addon.core": (
         "settings grid scale progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
-        "mesh", "obstacles", "refinement", "composition", "animation", "pipeline",
+        "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "pipeline",
         "rehearsal",
     ),
     "liquid_splash_addon.blender": ("data", "scene", "jobs", "capture", "ui"),
@@ -30,6 +30,13 @@ ROOMS = {
 }  # fmt: skip
 """The one declared order: a room imports only itself and those before it. Names on one line share
 a place."""
+
+NETWORK = {"asyncio", "ftplib", "http", "multiprocessing", "requests", "smtplib", "socket",
+           "socketserver", "ssl", "urllib", "urllib3", "xmlrpc", "webbrowser"}  # fmt: skip
+"""The add-on uses no network: the manifest does not ask for that permission."""
+
+PICKLES = {"cloudpickle", "dill", "joblib", "marshal", "pickle", "shelve"}
+"""What runs code that a file brings along."""
 
 # The networks themselves. All else must import where torch is missing, for the add-on to say so.
 TORCH_MODULES = {
@@ -147,6 +154,13 @@ def test_the_addon_imports_only_what_its_layer_may(path: Path) -> None:
     is_skin = path.is_relative_to(ADDON / "blender")
     banned = NEVER if is_skin else NEVER | BLENDER_ONLY
     assert not absolute_imports(path) & banned
+
+
+@pytest.mark.parametrize(
+    "path", sorted(ADDON.rglob("*.py")), ids=lambda path: str(path.relative_to(ADDON))
+)
+def test_the_addon_uses_neither_network_nor_pickles(path: Path) -> None:
+    assert not absolute_imports(path) & (NETWORK | PICKLES)
 
 
 def test_no_modules_import_each_other_in_a_circle() -> None:

@@ -49,6 +49,8 @@ from .ui import (
     motion_panel,
     operators,
     panels,
+    preferences_operators,
+    preferences_panel,
     refinement_operators,
     refinement_panel,
     sketch_presets,
@@ -87,6 +89,8 @@ MODULES = (
     panels,
     refinement_panel,
     model_panel,
+    preferences_operators,
+    preferences_panel,
     motion_panel,
     vr_panel,
 )

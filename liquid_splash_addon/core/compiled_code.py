@@ -176,6 +176,27 @@ def folder() -> Path | None:
     return _folder
 
 
+def size() -> int:
+    """Return how many bytes of compiled code are kept."""
+    if _folder is None:
+        return 0
+    return sum(path.stat().st_size for path in _folder.rglob("*") if path.is_file())
+
+
+def clear() -> None:
+    """Delete the compiled code that is kept; what is loaded already goes on working.
+
+    Raises OSError with the first file that could not be deleted.
+    """
+    if _folder is None:
+        return
+    for path in list(_folder.iterdir()):
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
 def is_complete() -> bool:
     """Whether all was compiled ahead that this machine needs."""
     return _folder is not None and marker(_folder).is_file()

@@ -8,7 +8,9 @@ import importlib
 import importlib.machinery
 import importlib.util
 import os
+import re
 import sys
+from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 
@@ -20,6 +22,15 @@ PACKAGES = {
     "numba": "numba",
 }
 """Names in the package index, by the names of the modules."""
+
+OLDEST = {
+    "torch": "2.13",
+    "safetensors": "0.8",
+    "skimage": "0.26",
+    "scipy": "1.17",
+    "numba": "0.68",
+}
+"""The oldest versions that the tests run with, by module. Older ones may work all the same."""
 
 ADVICE = "The Splash tab in the sidebar shows how"
 
@@ -39,6 +50,26 @@ def is_installed(module: str) -> bool:
         spec = importlib.machinery.PathFinder.find_spec(module)
     # Any folder of that name, even an empty one, is a package without an origin.
     return spec is not None and spec.origin is not None
+
+
+def version_of(module: str) -> str:
+    """Return the version of a module's package, without importing it; nothing if not known."""
+    try:
+        return metadata.version(PACKAGES[module])
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def is_too_old(module: str) -> bool:
+    """Whether a package is older than OLDEST; not where its version is not known."""
+    version = version_of(module)
+    return bool(version) and numbers_of(version) < numbers_of(OLDEST[module])
+
+
+def numbers_of(version: str) -> tuple[int, ...]:
+    """Return what a version begins with, for comparing: (2, 13) for 2.13rc1."""
+    found = re.match(r"\d+(\.\d+)*", version)
+    return tuple(map(int, found[0].split("."))) if found else ()
 
 
 def broken_packages() -> list[str]:

@@ -8,12 +8,14 @@ of real splashes finds all of them.
 from __future__ import annotations
 
 from dataclasses import replace
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .composition.model import Composer, refined_part
 from .generator.loading import load_generator, load_torch
+from .liquid.level_set import LevelSet
 from .obstacles.obstacles import Obstacle, obstacle_from_mesh
 from .pipeline import make_splash
 from .progress import Report, part_of, silent
@@ -22,6 +24,11 @@ from .refinement.settings import WaveSettings
 from .refinement.stack import OFFSET, Refiner
 from .refinement.stored_splash import StoredSplash
 from .settings import ModelSettings, SplashSettings
+from .simulation.flow_on import flow_on
+from .simulation.frames import read_frame
+from .simulation.run import run
+from .simulation.settings import SimulationSettings
+from .simulation.start import MovingObstacle, Start
 from .sketch.drawing import strokes_from_drawings
 from .sketch.presets import example_sketch
 
@@ -97,17 +104,31 @@ class Rehearsal:
         settings, around = ModelSettings(mirror_x=True), obstacles()
         Composer().compose(parts, settings, WaveSettings(), around, OFFSET, report)
 
+    def simulation(self, report: Report) -> None:
+        """Flow the draft on, and simulate a frame of it in a pool, past an obstacle that moves."""
+        liquid = LevelSet.of(self.splash.fields)
+        cube = CORNERS * 0.05 - np.array([0.0, 0.0, 0.1])
+        poses = np.stack([cube, cube + 0.005]).astype(np.float32)
+        mover = MovingObstacle(poses, np.array(CUBE, dtype=np.int32))
+        start = Start(liquid, 0.002, ground=-0.1, obstacles=(mover,))
+        flow_on(start, 2.0, part_of(report, 0.0, 0.5))
+        settings = SimulationSettings(frames=1, resolution="64", ground="POOL", tension=True)
+        with TemporaryDirectory() as folder:
+            run(start, settings, folder, part_of(report, 0.5, 1.0))
+            read_frame(folder, 1)
+
     def full(self, report: Report) -> None:
         """Make and refine a full result."""
         make_splash(self.strokes, FULL, self.generator, report=report, refinements=FRESH)
 
 
 STAGES = (
-    ("First drafts", Rehearsal.drafts, 0.5),
+    ("First drafts", Rehearsal.drafts, 0.44),
     ("Other drafts", Rehearsal.unusual, 0.02),
-    ("Refinements", Rehearsal.refinements, 0.31),
-    ("Obstacles", Rehearsal.obstacles, 0.1),
+    ("Refinements", Rehearsal.refinements, 0.28),
+    ("Obstacles", Rehearsal.obstacles, 0.09),
     ("Models", Rehearsal.model, 0.03),
+    ("Simulation", Rehearsal.simulation, 0.1),
     ("Full resolution", Rehearsal.full, 0.04),
 )
 """What is done, with its share of the whole time where nothing was compiled before."""

@@ -4,8 +4,10 @@
     tests/blender.sh -b --python tests/benchmarks/mantaflow_scene.py -- IN.json OUT.json
 
 IN.json holds what ``Scene.parameters`` returns and ``resolution`` (cells along the domain, whose
-middle is that of the scene's box), ``frames`` and ``fps``. OUT.json gets ``seconds`` of the bake
-and, of the start and every frame, ``centres`` (of mass, metres) and ``cells`` that hold liquid.
+middle is that of the scene's box), ``frames`` and ``fps``; perhaps ``particles``, an .npz file with
+``positions`` (metres) and ``velocities`` (m/s) to start from instead of the streamlets. OUT.json
+gets ``seconds`` of the bake and, of the start and every frame, ``centres`` (of mass, metres) and
+``cells`` that hold liquid.
 
 The liquid does not come from a flow object: cells deeper than two would start at rest. The start
 is written as a frame of the cache instead, from which the bake goes on.
@@ -96,7 +98,10 @@ class Start(NamedTuple):
 
     @classmethod
     def of(cls, scene: dict[str, Any], box: Box) -> "Start":
-        """Return the start of ``scene``: all its streamlets."""
+        """Return the start of ``scene``: its particles, or all its streamlets."""
+        if "particles" in scene:
+            with np.load(scene["particles"]) as given:
+                return cls.from_particles(given["positions"], given["velocities"], box)
         n, rng = box.cells, np.random.default_rng(0)
         z, y, x = np.mgrid[:n, :n, :n]
         corners = np.stack([x, y, z], axis=-1).astype(np.float64)
@@ -115,6 +120,19 @@ class Start(NamedTuple):
             positions.append(seeds)
             velocities.append(np.tile(velocity, (len(seeds), 1)))
         return cls(faces, np.concatenate(positions), np.concatenate(velocities))
+
+    @classmethod
+    def from_particles(cls, positions: np.ndarray, velocities: np.ndarray, box: Box) -> "Start":
+        """Return the start from particles (metres, m/s): a cell has the velocity of those in it."""
+        n = box.cells
+        places, speeds = (positions - box.corner) / box.spacing, velocities / box.spacing
+        inside = ((places > 1) & (places < n - 1)).all(axis=1)
+        places, speeds = places[inside], speeds[inside]
+        x, y, z = places.astype(int).T
+        flat = (z * n + y) * n + x
+        count = np.maximum(np.bincount(flat, minlength=n**3), 1)
+        means = [np.bincount(flat, speeds[:, axis], n**3) / count for axis in range(3)]
+        return cls(np.stack(means, axis=-1).reshape(n, n, n, 3), places, speeds)
 
 
 def write_start(start: Start, box: Box, cache: Path, frame_seconds: float) -> None:

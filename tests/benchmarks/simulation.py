@@ -89,14 +89,25 @@ def blender_command() -> str | None:
 
 def run_mantaflow(scene: Scene, frames: int = FRAMES) -> Run:
     """Return how Mantaflow simulates ``scene`` with two threads; seconds are the bake's alone."""
+    given = {"resolution": scene.cells - 2 * int(OPEN_MARGIN), "frames": frames, "fps": FPS}
+    return bake(scene.parameters() | given)
+
+
+def bake(given: dict[str, Any], particles: dict[str, np.ndarray] | None = None) -> Run:
+    """Return how Mantaflow simulates what ``mantaflow_scene`` takes, with two threads.
+
+    particles : ``positions`` (metres) and ``velocities`` (m/s) of the start, instead of streamlets
+    """
     blender = blender_command()
     if blender is None:
         raise RuntimeError("there is no Blender: run 'make blender' as root or set BLENDER")
-    given = {"resolution": scene.cells - 2 * int(OPEN_MARGIN), "frames": frames, "fps": FPS}
     # The provisioned Blender sees /tmp and the checkout, and nothing else of ours.
     with tempfile.TemporaryDirectory(dir="/tmp" if os.path.isdir("/tmp") else None) as folder:
         source, result = Path(folder) / "in.json", Path(folder) / "out.json"
-        source.write_text(json.dumps(scene.parameters() | given))
+        if particles is not None:
+            given = given | {"particles": str(Path(folder) / "particles.npz")}
+            np.savez(given["particles"], **particles)
+        source.write_text(json.dumps(given))
         script = ROOT / "tests" / "benchmarks" / "mantaflow_scene.py"
         options = ["-b", "--factory-startup", "--threads", "2", "--python", str(script)]
         done = subprocess.run(

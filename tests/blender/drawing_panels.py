@@ -15,6 +15,7 @@ from liquid_splash_addon.blender.ui import (
     motion_panel,
     operators,
     panels,
+    preferences_operators,
     refinement_operators,
     refinement_panel,
 )
@@ -50,7 +51,7 @@ def drawn(panel: Any) -> str:
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
     rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
-             refinement_operators, refinement_panel)  # fmt: skip
+             preferences_operators, refinement_operators, refinement_panel)  # fmt: skip
     found = {
         value
         for room in rooms

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension as users get it: built, installed, enabled, used."""
 
+import json
 import os
 import subprocess
 import sys
@@ -10,9 +11,11 @@ from pathlib import Path
 import bpy
 import pytest
 
+from tests.blender.bare_python import without_network
+
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(__file__).with_name("installed_extension.py")
-TIMEOUT = 300
+TIMEOUT = 600
 """Seconds for one process; a splash takes far less."""
 
 
@@ -53,14 +56,48 @@ def test_zip_holds_the_addon_alone(extension: Path) -> None:
     assert not [name for name in names if "__pycache__" in name]
 
 
-def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> None:
+def use(mode: str, source: str | Path, folder: Path, python: str | Path = sys.executable) -> str:
+    """Install the extension without network and use it, see installed_extension.py.
+
+    Returns what was printed.
+    """
+    cut = without_network()
     if bpy.app.module:
-        printed = run([sys.executable, SCRIPT, extension], tmp_path)
+        printed = run([*cut, python, SCRIPT, mode, source], folder)
     else:
-        blender = bpy.app.binary_path
-        install = ["--command", "extension", "install-file", "-r", "user_default", "-e"]
-        run([blender, *install, extension], tmp_path)
-        script = ["--python-exit-code", "1", "--python", SCRIPT, "--", extension]
-        printed = run([blender, "--background", *script], tmp_path)
+        blender = [*cut, bpy.app.binary_path]
+        # Blender asks for online mode even where the repository is a folder.
+        online = ["--online-mode"] if "://" in str(source) else []
+        for command in install_commands(str(source)):
+            run([*blender, *online, "--command", "extension", *command], folder)
+        script = ["--python-exit-code", "1", "--python", SCRIPT, "--", mode, source]
+        printed = run([*blender, "--background", *script], folder)
     assert "extension: works" in printed, printed
     assert "Traceback" not in printed, printed
+    return printed
+
+
+def install_commands(source: str) -> list[list[str]]:
+    """Return what to tell Blender's command line, to install from disk or a repository."""
+    if "://" not in source:
+        return [["install-file", "-r", "user_default", "-e", source]]
+    add = ["repo-add", "--name", "Splashes", "--url", source, "splashes"]
+    return [add, ["sync"], ["install", "--enable", "splashes.liquid_splash"]]
+
+
+def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> None:
+    use("splash", extension, tmp_path)
+
+
+def test_blender_subscribes_to_a_repository_and_installs_from_it(
+    extension: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from scripts.extension.repository import write_repository
+
+    monkeypatch.setenv("BLENDER", bpy.app.binary_path)  # empty: the module's own tool
+    folder = tmp_path / "a repository"
+    write_repository(folder, [extension])
+    (entry,) = json.loads((folder / "index.json").read_text())["data"]
+    assert entry["archive_url"] == f"./{extension.name}"
+    assert entry["permissions"].keys() == {"files", "clipboard"}
+    use("enable", (folder / "index.json").as_uri(), tmp_path)

@@ -167,6 +167,7 @@ def test_every_controller_draws_with_both_hands_and_is_described():
         rows = dict(bindings.described(kind))
         assert set(bindings.BUTTONS.values()) < set(rows) and all(rows.values())
     assert dict(bindings.described("TOUCH"))["Undo Stroke"] == "X (left), A (right)"
+    assert dict(bindings.described("TOUCH"))["Speed Gain"] == "Press thumbstick"
     assert dict(bindings.described("VIVE"))["Generate Splash"] == "Menu (right)"
 
 

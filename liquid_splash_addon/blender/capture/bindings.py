@@ -21,6 +21,9 @@ BUTTONS = {
 }
 """What the buttons do, as shown to users."""
 
+MOVED = ("thumbstick", "trackpad")
+"""Parts that are moved as well as pressed."""
+
 GRAB_LABEL = "Move, Turn, Scale"
 
 Inputs = tuple[str, str]
@@ -111,7 +114,7 @@ def component(path: str) -> str:
     Pressing a stick or pad is another part than moving it.
     """
     _, _, part, what = path.split("/")
-    return f"{part}/{what}" if part in {"thumbstick", "trackpad"} else part
+    return f"{part}/{what}" if part in MOVED else part
 
 
 def used_inputs() -> set[tuple[str, str, str]]:
@@ -127,7 +130,9 @@ def used_inputs() -> set[tuple[str, str, str]]:
 
 def shown(path: str) -> str:
     """Return a component as words: ``/input/x/click`` is X."""
-    part = path.split("/")[2]
+    _, _, part, what = path.split("/")
+    if part in MOVED and what == "click":
+        return f"Press {part}"
     return part.upper() if len(part) == 1 else part.capitalize()
 
 

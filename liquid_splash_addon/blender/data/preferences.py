@@ -4,18 +4,31 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
+from ...core.settings import SplashSettings
+
 ADDON = __package__.removesuffix(".blender.data")
 """Name of the add-on's package, by which Blender knows it."""
 
+SECTIONS: list[Callable[[Any, bpy.types.Context], None]] = []
+"""What else draws into the preferences: the room ``ui`` adds itself, as it may use all others."""
+
+
+def device_items() -> tuple[tuple[str, str, str], ...]:
+    """Return the devices that a splash can be made on, as the settings name them."""
+    (device,) = (item for item in fields(SplashSettings) if item.name == "device")
+    return tuple(device.metadata["items"])
+
 
 class SPLASH_AP_preferences(bpy.types.AddonPreferences):
-    """Which weights the generator uses, and in which number format it runs."""
+    """Which weights the generator uses, on which device and in which number format it runs."""
 
     bl_idname = ADDON
 
@@ -23,6 +36,13 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         name="Weights",
         description="Weights file of the generator. Empty: the one that comes with the add-on",
         subtype="FILE_PATH",
+    )
+
+    device: EnumProperty(
+        name="Device",
+        description="What Automatic means in the settings of splashes",
+        items=device_items(),
+        default="AUTO",
     )
 
     precision: EnumProperty(
@@ -52,11 +72,21 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         options={"HIDDEN"},
     )
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    tested: StringProperty(
+        name="Tested",
+        description="What the last test of the device found",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    def draw(self, context: bpy.types.Context) -> None:
         """Show the preferences."""
-        self.layout.use_property_split = True
-        self.layout.prop(self, "weights_path")
-        self.layout.prop(self, "precision")
+        column = self.layout.column()
+        column.use_property_split = True
+        column.prop(self, "weights_path")
+        column.prop(self, "device")
+        column.prop(self, "precision")
+        for section in SECTIONS:
+            section(self.layout, context)
 
 
 def own_preferences(context: bpy.types.Context) -> Any:
@@ -70,6 +100,12 @@ def weights_path(context: bpy.types.Context) -> Path | None:
     preferences = own_preferences(context)
     chosen = preferences.weights_path if preferences else ""
     return Path(bpy.path.abspath(chosen)) if chosen else None
+
+
+def device_for(context: bpy.types.Context, setting: str) -> str:
+    """Return the device for a splash whose setting is this one: Automatic is for us to say."""
+    preferences = own_preferences(context)
+    return str(preferences.device) if preferences and setting == "AUTO" else setting
 
 
 def known_precision(context: bpy.types.Context, device: str) -> str:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile ahead: run as a program by compile_ahead, in a process without bpy.
+"""Work in a process of its own, without bpy: compiling ahead, or a job of a module of core.
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
-Blender) and ``folder`` (its place). Out go lines of JSON, with ``stage`` and ``share`` or, last of
-all, ``failed``. The process ends when its input does, as Blender's end ends it.
+Blender) and ``folder`` (its place); for a job also ``module`` (in the package, ``.core. ...``),
+whose ``work(job, say)`` is called, and ``job``. Out go lines of JSON, with ``stage`` and ``share``
+or, last of all, ``failed``. The process ends when its input does, as Blender's end ends it.
 """
 
 import importlib
@@ -18,7 +19,7 @@ NICENESS = 10
 
 
 def main() -> int:
-    """Rehearse; return the exit code."""
+    """Do what is ordered, or rehearse; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
     if hasattr(os, "nice"):  # on Windows the parent chose the priority
@@ -26,6 +27,10 @@ def main() -> int:
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
     try:
+        if "module" in order:
+            return int(
+                importlib.import_module(order["package"] + order["module"]).work(order["job"], say)
+            )
         importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
     except (Exception, MemoryError) as error:
         say(failed=f"{type(error).__name__}: {error}")

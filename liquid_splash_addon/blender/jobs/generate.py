@@ -21,7 +21,7 @@ from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings
 from ...core.sketch.local_frame import Frame
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
-from ..data.preferences import keep_precision, known_precision, weights_path
+from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
 from ..data.version import addon_version
@@ -57,6 +57,7 @@ class Request:
     frame_real_size: float
     weights: Path | None
     last_weights: str  # hash of the weights of the last run, "" if there was none
+    device: str
     precision: str  # number format to compute in; "": measure the fastest
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
@@ -118,6 +119,7 @@ def snapshot(
     warnings += left_out + lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
+    device = device_for(context, settings.device)
     return Request(
         sketch=Handle.of(sketch),
         others=tuple(map(Handle.of, others)),
@@ -131,7 +133,8 @@ def snapshot(
         frame_real_size=plain(record.frame_real_size) if record else 0.0,
         weights=weights_path(context),
         last_weights=record.weights_hash if record else "",
-        precision=(record.precision if record else "") or known_precision(context, settings.device),
+        precision=(record.precision if record else "") or known_precision(context, device),
+        device=device,
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
@@ -182,7 +185,7 @@ def compute(request: Request, report: Report) -> Result:
         request.drawings, settings, frame.scale if frame is not None else None
     )
     report("Loading the generator", 0.02)
-    generator = loaded_generator.get(request.weights, settings.device, request.precision)
+    generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
         request.refinements, request.obstacles, request.clearance,
@@ -252,7 +255,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     remember(splash, sketch, request, result)
     motion.apply(splash)
     if request.precision != result.precision:
-        keep_precision(context, request.settings.device, result.precision)
+        keep_precision(context, request.device, result.precision)
     return splash
 
 

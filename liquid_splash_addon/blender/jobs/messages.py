@@ -5,9 +5,23 @@ from __future__ import annotations
 
 from ...core import packages
 
+_last = ""
+
+
+def last_sentence() -> str:
+    """Return what :func:`sentence_for` last said; nothing if there was no error."""
+    return _last
+
 
 def sentence_for(error: Exception) -> str:
-    """Return what to tell a user of an error. Those of ours are such sentences."""
+    """Return what to tell a user of an error, and keep it for the report of a bug."""
+    global _last
+    _last = worded(error)
+    return _last
+
+
+def worded(error: Exception) -> str:
+    """Put an error into words. Those of ours are such sentences."""
     if isinstance(error, ImportError):
         return packages.advice_for(error)
     if isinstance(error, ValueError):

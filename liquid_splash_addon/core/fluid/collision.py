@@ -6,7 +6,7 @@ A solid is whatever answers :class:`Solid`: an analytic body or a voxelised mesh
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -36,10 +36,21 @@ class Solid(Protocol):
         """Signed distance ``(n,)`` at ``points``, float64, negative inside."""
 
     def velocity(self, points: np.ndarray) -> np.ndarray:
-        """Velocity ``(n, 3)`` of the solid at ``points``, cells/s; zero for one at rest.
+        """Velocity ``(n, 3)`` of the solid's surface nearest to ``points``, cells/s.
 
-        Not asked for yet: the solver takes every wall to be at rest.
+        Zero for one at rest. Asked for near the surface and inside only.
         """
+
+
+@runtime_checkable
+class MovingSolid(Protocol):
+    """A solid that moves: another one at every moment."""
+
+    def at(self, time: float) -> Solid:
+        """Return the solid at ``time``, seconds, with the velocity that it then has."""
+
+    def fastest(self, begin: float, end: float) -> float:
+        """Return the greatest speed of its surface between two moments, cells/s."""
 
 
 def open_share(cells: np.ndarray, solid: Solid) -> np.ndarray:
@@ -86,17 +97,36 @@ def _count_open(distance, some, share):
             share[some[n], axis] = is_open / count
 
 
+def wall_speed(cells: np.ndarray, share: np.ndarray, solid: Solid) -> np.ndarray | None:
+    """Return how fast the solid moves across each lower face of ``cells`` ``(n, 3)``, cells/s.
+
+    Float32 ``(n, 3)``, at the middles of the faces, 0 for open ones; None where nothing moves.
+    share : the open share of each face.
+    """
+    closed = np.argwhere(share < 1)
+    middles = cells[closed[:, 0]] + 0.5
+    middles[np.arange(len(closed)), closed[:, 1]] -= 0.5
+    speed = solid.velocity(middles)
+    if not speed.any():
+        return None
+    out = np.zeros(share.shape, dtype=np.float32)
+    out[closed[:, 0], closed[:, 1]] = speed[np.arange(len(closed)), closed[:, 1]]
+    return out
+
+
 def collide(positions: np.ndarray, velocities: np.ndarray, solid: Solid) -> None:
     """Push particles out of the solid and stop them from moving into it, in place.
 
-    positions ``(n, 3)`` cells, velocities ``(n, 3)`` cells/s. Velocity away from the solid is
-    kept: liquid may leave a wall.
+    positions ``(n, 3)`` cells, velocities ``(n, 3)`` cells/s. What counts is the velocity relative
+    to the solid's: a moving wall takes along what it meets. Velocity away from the solid is kept:
+    liquid may leave a wall.
     """
     distance = solid.distance(positions)
     near = np.flatnonzero(~(distance > COLLISION_SKIN))
     if len(near):
-        gradient = _differences(positions[near].astype(np.float64), solid)
-        _push_out(positions, velocities, near, distance[near], gradient)
+        points = positions[near].astype(np.float64)
+        gradient, speed = _differences(points, solid), solid.velocity(points)
+        _push_out(positions, velocities, near, distance[near], gradient, speed)
 
 
 def _differences(points: np.ndarray, solid: Solid) -> np.ndarray:
@@ -109,7 +139,7 @@ def _differences(points: np.ndarray, solid: Solid) -> np.ndarray:
 
 
 @njit(cache=True)
-def _push_out(positions, velocities, near, distance, gradient):
+def _push_out(positions, velocities, near, distance, gradient, speed):
     """Move the particles ``near`` out of the solid, see :func:`collide`."""
     for n in range(len(near)):
         p = near[n]
@@ -121,6 +151,7 @@ def _push_out(positions, velocities, near, distance, gradient):
         positions[p, 1] += push * ny
         positions[p, 2] += push * nz
         inward = velocities[p, 0] * nx + velocities[p, 1] * ny + velocities[p, 2] * nz
+        inward -= speed[n, 0] * nx + speed[n, 1] * ny + speed[n, 2] * nz
         if inward < 0:
             # More the deeper it is: whether it is stopped must not depend on rounding.
             stop = inward * min(push / COLLISION_SKIN, 1.0)

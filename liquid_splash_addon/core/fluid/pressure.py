@@ -77,16 +77,21 @@ def project(
     open_share: np.ndarray,
     matrix: Poisson,
     outside: np.ndarray | None = None,
+    walls: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return ``faces`` minus the gradient of the pressure that makes them divergence-free.
 
-    Solves ``div(s (u - grad q)) = 0`` in liquid cells for q = dt p / (rho h), with s the open
-    share of each face. Closed faces are unchanged.
+    Solves ``div(s (u - grad q) + (1 - s) w) = 0`` in liquid cells for q = dt p / (rho h), with s
+    the open share of each face and w the speed of the wall across the rest of it (Batty, Bertails
+    and Bridson 2007). Closed faces are unchanged.
 
     faces : float32 ``(cells, 3)``, cells/s; open_share : float32 ``(cells, 3)``; outside :
-    ``(cells,)``, q of the air cells (from surface tension) instead of 0, cells^2/s.
+    ``(cells,)``, q of the air cells (from surface tension) instead of 0, cells^2/s; walls :
+    float32 ``(cells, 3)``, w, cells/s; None where all are at rest.
     """
     rhs = _divergence(faces, cells.neighbours, open_share, cells.liquid)
+    if walls is not None:
+        rhs += _divergence(walls, cells.neighbours, 1 - open_share, cells.liquid)
     q = np.zeros(len(faces), dtype=np.float32)
     if outside is not None:
         _add_outside(rhs, outside, cells.neighbours, open_share)

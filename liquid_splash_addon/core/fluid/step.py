@@ -11,7 +11,7 @@ import numpy as np
 from ..scale import GRAVITY
 from .advection import advect
 from .cells import Cells, activate, sort_by_cell
-from .collision import Solid, collide, open_share
+from .collision import MovingSolid, Solid, collide, open_share, wall_speed
 from .density import crowding
 from .extrapolation import extrapolate, valid_faces
 from .particles import Particles
@@ -21,7 +21,8 @@ from .surface_tension import WATER, surface_pressure
 from .transfer import faces_to_particles, particles_to_faces
 
 AIR_LAYERS = 2
-"""Layers of air cells with a velocity: a particle moves CFL / 2 cells to the midpoint."""
+"""Least layers of air cells with a velocity, for steps of a cell at most: a particle moves half a
+step to the midpoint."""
 
 OPEN_MARGIN = 12.0
 """Liquid this many cells from the wall of the box is dropped: the box is open. The margin is
@@ -46,6 +47,11 @@ class Physics:
     sheets: bool = True
     tension: bool = False
     cfl: float = 1.0
+
+    @property
+    def layers(self) -> int:
+        """Layers of air cells with a velocity."""
+        return max(AIR_LAYERS, int(np.ceil(1 + self.cfl)))
 
 
 @dataclass(frozen=True)
@@ -82,15 +88,24 @@ class World:
     ----------
     cells : along each side of the box
     gravity : cells/s^2; tension : cells^3/s^2
-    solid : what stands in the box; one that is nowhere has a large distance everywhere
+    solid : what stands in the box, or moves in it; one that is nowhere has a large distance
+        everywhere
     physics : what is switched on
     """
 
     cells: int
     gravity: float
     tension: float
-    solid: Solid
+    solid: Solid | MovingSolid
     physics: Physics = Physics()
+
+    def solid_at(self, time: float) -> Solid:
+        """Return what stands in the box at ``time``, seconds."""
+        return self.solid.at(time) if isinstance(self.solid, MovingSolid) else self.solid
+
+    def fastest_wall(self, begin: float, end: float) -> float:
+        """Return the greatest speed of a wall between two moments, cells/s."""
+        return self.solid.fastest(begin, end) if isinstance(self.solid, MovingSolid) else 0.0
 
     @classmethod
     def of_water(
@@ -123,26 +138,34 @@ class Flow(NamedTuple):
 
 
 def flow(
-    particles: Particles, world: World, kick: float, dt: float = 0.0, layers: int = AIR_LAYERS
+    particles: Particles,
+    world: World,
+    kick: float,
+    dt: float = 0.0,
+    layers: int = AIR_LAYERS,
+    time: float = 0.0,
 ) -> Flow:
     """Flow that forces and pressure make of the particles' velocities.
 
     kick : what gravity adds to the downward velocity, cells/s; dt : seconds for which surface
-    tension acts, 0 to leave out both it and crowding; layers : of air cells that get a velocity.
+    tension acts, 0 to leave out both it and crowding; layers : of air cells that get a velocity;
+    time : at which moving solids are looked at, seconds.
     """
     cells = activate(particles.positions, (world.cells,) * 3, layers)
     faces, _ = particles_to_faces(particles, cells)
-    share = open_share(cells.coordinates, world.solid)
+    solid = world.solid_at(time)
+    share = open_share(cells.coordinates, solid)
     matrix = Poisson.assemble(cells, share)
     valid = valid_faces(cells, share)
     before = faces.copy()
     faces[:, 2] -= kick
     pull = world.tension * dt if world.physics.tension else 0.0
     outside = surface_pressure(particles, cells, pull) if pull > 0 else None
-    faces = project(faces, cells, share, matrix, outside)
+    walls = wall_speed(cells.coordinates, share, solid)
+    faces = project(faces, cells, share, matrix, outside, walls)
     apart = None
     if dt > 0 and world.physics.density:
-        away = world.solid.distance(cells.coordinates + 0.5)
+        away = solid.distance(cells.coordinates + 0.5)
         apart = spread_apart(crowding(particles, cells, away, share), cells, share, matrix)
         extrapolate(apart, valid, cells, layers)
     if world.physics.flip:  # only FLIP's change is taken against it
@@ -152,9 +175,12 @@ def flow(
 
 
 def step(liquid: Liquid, world: World, dt: float) -> Liquid:
-    """Advance the liquid by ``dt`` seconds: half of gravity, pressure, move, the other half."""
-    physics, half_kick = world.physics, world.gravity * dt / 2
-    cells, before, after, apart = flow(liquid.particles, world, half_kick, dt)
+    """Advance the liquid by ``dt`` seconds: half of gravity, pressure, move, the other half.
+
+    Solids that move are where they will be at the end of the step.
+    """
+    physics, half_kick, end = world.physics, world.gravity * dt / 2, liquid.time + dt
+    cells, before, after, apart = flow(liquid.particles, world, half_kick, dt, physics.layers, end)
     order, counts = sort_by_cell(liquid.particles.positions, cells)
     # Transfer overwrites the affine part, and in APIC the velocities: sorting them is waste.
     old = liquid.particles
@@ -170,8 +196,8 @@ def step(liquid: Liquid, world: World, dt: float) -> Liquid:
     if physics.sheets:
         moved = resample_sheets(moved, particles.positions, cells, counts, dt)
     moved.velocities[:, 2] -= half_kick
-    collide(moved.positions, moved.velocities, world.solid)
-    return replace(liquid, particles=kept_inside(moved, world), time=liquid.time + dt)
+    collide(moved.positions, moved.velocities, world.solid_at(end))
+    return replace(liquid, particles=kept_inside(moved, world), time=end)
 
 
 def kept_inside(particles: Particles, world: World) -> Particles:
@@ -180,15 +206,18 @@ def kept_inside(particles: Particles, world: World) -> Particles:
     return particles if inside.all() else particles.take(inside)
 
 
-def advance(liquid: Liquid, world: World, time: float) -> Liquid:
+def advance(liquid: Liquid, world: World, time: float, longest: float = np.inf) -> Liquid:
     """Advance the liquid to ``time`` in equal steps that keep to the CFL limit.
 
-    The number of steps is 1, 2, 3, 4, 6, 8, 12, ..., so that one fast drop does not change
-    every step a little: twins of a scene would drift apart by their errors in time.
+    longest : seconds that a step may take at most. The number of steps is 1, 2, 3, 4, 6, 8, 12,
+    ..., so that one fast drop does not change every step a little: twins of a scene would drift
+    apart by their errors in time.
     """
     while liquid.time < time - 1e-9 and len(liquid.particles.positions):
         left = time - liquid.time
         wanted = left * (liquid.particles.speed_limit() + world.gravity * left) / world.physics.cfl
+        # Walls are looked at once a step: they may not move farther than a cell.
+        wanted = max(wanted, left * world.fastest_wall(liquid.time, time), left / longest)
         if world.physics.tension:  # the shortest capillary waves (Brackbill 1992)
             wanted = max(wanted, left * np.sqrt(2 * np.pi * world.tension))
         power = 2 ** np.ceil(np.log2(max(wanted, 1.0)))

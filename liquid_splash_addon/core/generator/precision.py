@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeVar
 import torch
 
 from .. import compiled_code
+from ..progress import Report
 
 DTYPES = {"float32": torch.float32, "bfloat16": torch.bfloat16}
 """Formats for training."""
@@ -99,6 +100,15 @@ def once(layers: torch.nn.Module, device: str, dtype: torch.dtype, side: int) ->
     start = time.perf_counter()
     float(layers(x).sum())  # waits for the device
     return time.perf_counter() - start
+
+
+def measure_all(device: str, report: Report) -> dict[str, float]:
+    """Return the least time of a convolution in each of PRECISIONS, as :func:`seconds` does."""
+    found = {}
+    for number, name in enumerate(PRECISIONS):
+        report(f"Measuring {name} on {device}", number / len(PRECISIONS))
+        found[name] = seconds(device, name)
+    return found
 
 
 def fastest_precision(device: str) -> str:

@@ -24,13 +24,20 @@ meshes often have their edges."""
 
 def distance_on_grid(triangles: np.ndarray, shape: tuple[int, ...], band: float) -> np.ndarray:
     """Return the unsigned distance of cell centres, float32 ``shape``, in cells, up to ``band``."""
+    return owned_distance(triangles, shape, band)[0]
+
+
+def owned_distance(
+    triangles: np.ndarray, shape: tuple[int, ...], band: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return :func:`distance_on_grid` and the triangle it is from, int32 ``shape``; -1 for none."""
     square = np.full(shape, band * band, dtype=np.float32)
     owner = np.full(shape, -1, dtype=np.int32)
     if len(triangles):
         _splat(triangles, min(band, EXACT), square, owner)
         if band > EXACT:
             _spread(triangles, square, owner)
-    return np.sqrt(square)
+    return np.sqrt(square), owner
 
 
 def winding_on_grid(triangles: np.ndarray, shape: tuple[int, int, int]) -> np.ndarray:
