@@ -23,7 +23,7 @@ ROOMS = {
         "pipeline",
         "rehearsal",
     ),
-    "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),
+    "liquid_splash_addon.blender": ("data", "scene", "jobs", "capture", "ui"),
     "training": (
         "command_line",
         "scenes", "measures", "figures", "data", "simulation", "learning", "evaluation", "research",

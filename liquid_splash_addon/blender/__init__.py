@@ -6,6 +6,7 @@ Its rooms, from the lowest to the highest; each imports only from itself, the ro
     data     what a .blend file remembers: properties and their registration
     scene    Blender's objects to arrays and back
     jobs     what is computed beside the interface, and when
+    capture  drawing with tracked hands, in virtual reality
     ui       operators, panels and menus
 
 This file is above all rooms: it registers them with Blender.
@@ -17,7 +18,9 @@ from pathlib import Path
 import bpy
 
 from ..core import compiled_code
+from .capture import action_set, vr_drawing
 from .data import (
+    capture,
     index,
     model,
     motion,
@@ -31,6 +34,7 @@ from .data import (
 from .jobs import (
     compile_ahead,
     compose,
+    draft_then_full,
     estimates,
     loaded_generator,
     refine,
@@ -55,6 +59,7 @@ from .ui import (
     simulate_panel,
     sketch_presets,
     stroke_files,
+    vr_panel,
 )
 
 MODULES = (
@@ -66,6 +71,7 @@ MODULES = (
     obstacle_group,
     simulation,
     motion,
+    capture,
     preferences,
     work_queue,
     refine,
@@ -73,6 +79,9 @@ MODULES = (
     scheduler,
     compile_ahead,
     estimates,
+    draft_then_full,
+    action_set,
+    vr_drawing,
     drop_points,
     model_parts,
     moving_obstacles,
@@ -93,6 +102,7 @@ MODULES = (
     preferences_panel,
     motion_panel,
     simulate_panel,
+    vr_panel,
 )
 
 
