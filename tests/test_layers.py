@@ -20,6 +20,7 @@ ROOMS = {
         "settings grid scale progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "playback",
+        "mantaflow",
         "pipeline",
         "rehearsal",
     ),

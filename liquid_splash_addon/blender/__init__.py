@@ -22,6 +22,7 @@ from .capture import action_set, vr_drawing
 from .data import (
     capture,
     index,
+    mantaflow,
     model,
     motion,
     obstacle_group,
@@ -32,6 +33,7 @@ from .data import (
     stored_liquid,
 )
 from .jobs import (
+    bake_mantaflow,
     compile_ahead,
     compose,
     draft_then_full,
@@ -45,6 +47,8 @@ from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -72,11 +76,13 @@ MODULES = (
     simulation,
     motion,
     capture,
+    mantaflow,
     preferences,
     work_queue,
     refine,
     compose,
     scheduler,
+    bake_mantaflow,
     compile_ahead,
     estimates,
     draft_then_full,
@@ -94,6 +100,7 @@ MODULES = (
     refinement_operators,
     motion_operators,
     simulate_operators,
+    mantaflow_operators,
     export_vdb,
     panels,
     refinement_panel,
@@ -103,6 +110,7 @@ MODULES = (
     motion_panel,
     simulate_panel,
     vr_panel,
+    mantaflow_panel,
 )
 
 

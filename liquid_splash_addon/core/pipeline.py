@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .animation.projection import divergence_free
 from .composition.drops import Drops, drops_to_drawing, mesh_to_drawing
 from .condition.voxelize import outside_share
 from .generator.latent import draw_latent
 from .grid import Grid
 from .liquid.fields import Fields
+from .liquid.level_set import LevelSet
 from .liquid.shaping import shaped
 from .mesh.marching_cubes import surface
 from .mesh.mesh import Mesh
@@ -82,7 +84,10 @@ def make_splash(
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = shaped(fields, local, settings).round_off()
+    fields = shaped(fields, local, settings)
+    if settings.divergence_free:
+        fields = without_divergence(fields, settings.surface_threshold)
+    fields = fields.round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
         raise StrokeError(
@@ -101,6 +106,11 @@ def make_splash(
         mesh_to_drawing(refined.mesh, frame), fields, frame, local, warnings + refined.warnings,
         drops_to_drawing(refined.cloud, frame),
     )  # fmt: skip
+
+
+def without_divergence(fields: Fields, threshold: float) -> Fields:
+    """Return fields whose velocity is divergence-free in the liquid (paper, 6.3)."""
+    return replace(fields, velocity=divergence_free(LevelSet.of(fields, threshold)).velocity)
 
 
 def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:

@@ -126,6 +126,14 @@ class SplashSettings(Settings):
         high=10.0,
         soft=4.0,
     )
+    divergence_free: bool = setting(
+        False,
+        "Divergence-Free",
+        "Remove the part of the velocity that would change the liquid's volume, as a solver's "
+        "first step does. The shape stays",
+        low=False,
+        high=True,
+    )
     device: str = setting(
         "AUTO",
         "Device",

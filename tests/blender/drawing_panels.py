@@ -9,6 +9,8 @@ from typing import Any
 import bpy
 
 from liquid_splash_addon.blender.ui import (
+    mantaflow_operators,
+    mantaflow_panel,
     model_operators,
     model_panel,
     motion_operators,
@@ -29,6 +31,7 @@ FOREIGN_GROUPS = (
     "splash_obstacles",
     "splash_motion",
     "splash_simulation",
+    "splash_domain",
 )
 """What only splashes, models, and drops should be given."""
 
@@ -59,9 +62,9 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (model_operators, model_panel, motion_operators, motion_panel, operators, panels,
-             preferences_operators, refinement_operators, refinement_panel, simulate_operators,
-             simulate_panel)  # fmt: skip
+    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
+             motion_panel, operators, panels, preferences_operators, refinement_operators,
+             refinement_panel, simulate_operators, simulate_panel)  # fmt: skip
     found = {
         value
         for room in rooms
