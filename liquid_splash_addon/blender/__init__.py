@@ -6,6 +6,7 @@ Its rooms, from the lowest to the highest; each imports only from itself, the ro
     data     what a .blend file remembers: properties and their registration
     scene    Blender's objects to arrays and back
     jobs     what is computed beside the interface, and when
+    capture  drawing with tracked hands, in virtual reality
     ui       operators, panels and menus
 
 This file is above all rooms: it registers them with Blender.
@@ -17,7 +18,9 @@ from pathlib import Path
 import bpy
 
 from ..core import compiled_code
+from .capture import action_set, vr_drawing
 from .data import (
+    capture,
     index,
     mantaflow,
     model,
@@ -26,18 +29,21 @@ from .data import (
     preferences,
     properties,
     refinements,
+    simulation,
     stored_liquid,
 )
 from .jobs import (
     bake_mantaflow,
     compile_ahead,
     compose,
+    draft_then_full,
+    estimates,
     loaded_generator,
     refine,
     scheduler,
     work_queue,
 )
-from .scene import drop_points, model_parts
+from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
@@ -53,8 +59,11 @@ from .ui import (
     preferences_panel,
     refinement_operators,
     refinement_panel,
+    simulate_operators,
+    simulate_panel,
     sketch_presets,
     stroke_files,
+    vr_panel,
 )
 
 MODULES = (
@@ -64,7 +73,9 @@ MODULES = (
     model,
     refinements,
     obstacle_group,
+    simulation,
     motion,
+    capture,
     mantaflow,
     preferences,
     work_queue,
@@ -73,8 +84,14 @@ MODULES = (
     scheduler,
     bake_mantaflow,
     compile_ahead,
+    estimates,
+    draft_then_full,
+    action_set,
+    vr_drawing,
     drop_points,
     model_parts,
+    moving_obstacles,
+    saved_elsewhere,
     scene_motion,
     operators,
     model_operators,
@@ -82,6 +99,7 @@ MODULES = (
     stroke_files,
     refinement_operators,
     motion_operators,
+    simulate_operators,
     mantaflow_operators,
     export_vdb,
     panels,
@@ -90,6 +108,8 @@ MODULES = (
     preferences_operators,
     preferences_panel,
     motion_panel,
+    simulate_panel,
+    vr_panel,
     mantaflow_panel,
 )
 

@@ -16,6 +16,8 @@ Rooms, in the order in which a sketch becomes a splash; each imports only from t
     refinement   droplets, ruptures, capillary waves                        (paper, 5)
     composition  several splashes as one liquid
     animation    what solvers and exporters start from
+    simulation   splashes that move on, frame by frame
+    playback     simulated frames as files that Blender plays
     mantaflow    the splash as a frame of Mantaflow's cache, and what it made of it
     pipeline     all of it: ``make_splash(strokes, settings, generator)``
 

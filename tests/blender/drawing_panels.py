@@ -20,10 +20,19 @@ from liquid_splash_addon.blender.ui import (
     preferences_operators,
     refinement_operators,
     refinement_panel,
+    simulate_operators,
+    simulate_panel,
 )
 
-FOREIGN_GROUPS = ("splash", "splash_stack", "splash_model", "splash_obstacles", "splash_motion",
-                  "splash_domain")  # fmt: skip
+FOREIGN_GROUPS = (
+    "splash",
+    "splash_stack",
+    "splash_model",
+    "splash_obstacles",
+    "splash_motion",
+    "splash_simulation",
+    "splash_domain",
+)
 """What only splashes, models, and drops should be given."""
 
 
@@ -55,7 +64,7 @@ def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
     rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
              motion_panel, operators, panels, preferences_operators, refinement_operators,
-             refinement_panel)  # fmt: skip
+             refinement_panel, simulate_operators, simulate_panel)  # fmt: skip
     found = {
         value
         for room in rooms

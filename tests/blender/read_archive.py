@@ -3,8 +3,9 @@
 
 python read_archive.py FILE OUT.npz
 
-OUT has an array for each mesh and attribute, ``path:attribute``, and the text of everything that
-has a name in ``text``. A process of its own, as Blender's module has a USD of its own.
+OUT has an array for each mesh and attribute, ``path:attribute``, of an Alembic file also those of
+its later samples, ``path:attribute@1``, and the text of everything that has a name in ``text``. A
+process of its own, as Blender's module has a USD of its own.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def read_alembic(path: str) -> Named:
 
 def walk(item: Any, names: list[str]) -> Named:
     """Yield the attributes of a mesh of an Alembic file, and of all below it."""
-    from alembic3d.Abc import WrapExistingFlag
+    from alembic3d.Abc import ISampleSelector, WrapExistingFlag
     from alembic3d.AbcGeom import IPolyMesh
 
     list_properties(item.getProperties(), item.getFullName(), names)
@@ -60,10 +61,13 @@ def walk(item: Any, names: list[str]) -> Named:
             ("velocity", schema.getVelocitiesProperty()),
             ("corners", schema.getFaceIndicesProperty()),
         ):
-            if found.valid() and found.getNumSamples():  # hidden objects have none
+            for sample in range(found.getNumSamples() if found.valid() else 0):
                 kind = np.int64 if name == "corners" else np.float32
-                values = [value if kind is np.int64 else tuple(value) for value in found.getValue()]
-                yield f"{item.getFullName()}:{name}", np.array(values, dtype=kind)
+                time = found.getTimeSampling().getSampleTime(sample)
+                at = found.getValue(ISampleSelector(time))
+                values = [value if kind is np.int64 else tuple(value) for value in at]
+                label = f"{name}@{sample}" if sample else name
+                yield f"{item.getFullName()}:{label}", np.array(values, dtype=kind)
     for number in range(item.getNumChildren()):
         yield from walk(item.getChild(number), names)
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from liquid_splash_addon.blender.jobs import compile_ahead
+from liquid_splash_addon.blender.jobs import child_process, compile_ahead
 from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
 from liquid_splash_addon.core import compiled_code
 from tests.blender.test_extension import ROOT, extension  # noqa: F401 (a fixture)
@@ -58,8 +58,8 @@ def small(tmp_path, monkeypatch) -> Path:
     for name, content in SMALL.items():
         (folder / "core" / name).write_text(content)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
-    monkeypatch.setattr(compile_ahead, "ADDON", "bl_ext.repository.small")
-    monkeypatch.setattr(compile_ahead, "addon_folder", lambda: str(folder))
+    monkeypatch.setattr(child_process, "ADDON", "bl_ext.repository.small")
+    monkeypatch.setattr(child_process, "addon_folder", lambda: str(folder))
     monkeypatch.setattr(compile_ahead, "_ahead", None)
     monkeypatch.setattr(compiled_code, "_folder", tmp_path)
     monkeypatch.setattr(compiled_code, "_note", "")

@@ -11,8 +11,11 @@ import bpy
 import numpy as np
 import pytest
 
-from liquid_splash_addon.blender.scene import drop_points
+from liquid_splash_addon.blender.scene import drop_points, motion_object
 from liquid_splash_addon.blender.scene.material import water_material
+from liquid_splash_addon.core.mesh.mesh import Mesh
+from liquid_splash_addon.core.playback.files import FILE
+from liquid_splash_addon.core.playback.ply import ply_bytes
 from tests.blender.sketching import add_sketch, generate, line, vertices
 
 FPS = 25
@@ -155,3 +158,39 @@ def test_a_preview_smears_as_it_flies(splash, tmp_path):
     still = spread(tmp_path, 0.0)
     expected = mean_speed(splash) / FPS
     assert streak(tmp_path, 1.0, still) == pytest.approx(expected, rel=TOLERANCE)
+
+
+def test_simulated_frames_smear_by_their_velocity(splash, tmp_path):
+    """Other vertices in every frame, which moves as far as its velocity says."""
+    mesh, drops = jet(), None
+    for number in range(12):
+        moved = mesh(number, x=0.8 * number - 4.0)
+        name = FILE.format(number=number)
+        (tmp_path / name).write_bytes(ply_bytes(moved, drops))
+    splash.hide_render = True
+    motion_object.ensure(splash)
+    motion_object.show(splash, str(tmp_path), 5, 12)  # frame 10 shows number 5, in the middle
+    bpy.context.scene.frame_set(10)
+    still = spread(tmp_path, 0.0)
+    for shutter in (0.5, 1.0):
+        expected = 0.8 * shutter
+        assert streak(tmp_path, shutter, still) == pytest.approx(expected, rel=2 * TOLERANCE)
+
+
+def jet():
+    """Return what makes a square of ``8 + number`` vertices a side, 20 units a second fast."""
+
+    def mesh(number: int, x: float) -> Mesh:
+        side = 8 + number
+        place = np.linspace(-0.5, 0.5, side)
+        flat_grid = np.stack(np.meshgrid(place, place, indexing="ij"), axis=-1).reshape(-1, 2)
+        points = np.column_stack([flat_grid + [x, 0], np.zeros(side**2)]).astype(np.float32)
+        first = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+        faces = np.concatenate([
+            np.stack([first, first + side, first + 1], axis=1),
+            np.stack([first + 1, first + side, first + side + 1], axis=1),
+        ])  # fmt: skip
+        velocity = np.tile(np.float32([0.8 * FPS, 0, 0]), (side**2, 1))
+        return Mesh(points, faces.astype(np.int32), velocity)
+
+    return mesh

@@ -16,6 +16,7 @@ from bpy.props import (
 )
 
 from ...core.refinement.settings import KINDS, RefinementSettings
+from ...core.simulation.settings import FlowOnSettings
 from .properties import assign_settings, settings_properties, to_settings
 from .revisions import changed
 
@@ -63,9 +64,19 @@ class SplashRefinementGroup(bpy.types.PropertyGroup):
         return settings
 
 
+class SplashFlowOnGroup(bpy.types.PropertyGroup):
+    """The time that a splash flows on before it is refined."""
+
+    __annotations__ = settings_properties(FlowOnSettings)
+
+
 class SplashStackGroup(bpy.types.PropertyGroup):
     """The refinements of a splash, first to last."""
 
+    flow_on: PointerProperty(type=SplashFlowOnGroup)
+    flowed: StringProperty(
+        description="Digest of what the stored liquid was flown on with; empty if it was not"
+    )
     items: CollectionProperty(type=SplashRefinementGroup)
     active: IntProperty(name="Active", description="The refinement whose settings are shown")
     pending: BoolProperty(
@@ -106,7 +117,7 @@ def unused_name(splash: bpy.types.Object, name: str) -> str:
     return found
 
 
-CLASSES = (*GROUPS.values(), SplashRefinementGroup, SplashStackGroup)
+CLASSES = (*GROUPS.values(), SplashFlowOnGroup, SplashRefinementGroup, SplashStackGroup)
 register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
 
 

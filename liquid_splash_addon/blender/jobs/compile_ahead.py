@@ -7,22 +7,15 @@ process gives way to all others. What is wanted meanwhile compiles what it needs
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-import threading
-from pathlib import Path
-from typing import IO
+from collections.abc import Mapping
+from typing import Any
 
 import bpy
 
 from ...core import compiled_code
-from ..data.preferences import ADDON
 from . import dependencies
+from .child_process import ChildProcess
 from .job import redraw_sidebars
-
-PROGRAM = Path(__file__).with_name("compile_process.py")
 
 DELAY = 1.0
 """Seconds from the first look at the tab to the start: Blender has other things to do first."""
@@ -30,14 +23,8 @@ DELAY = 1.0
 TICK = 0.2
 """Seconds between two looks at the process."""
 
-ONE_THREAD = {
-    name: "1"
-    for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-}
-"""Environment that leaves the other cores to Blender."""
 
-
-class Ahead:
+class Ahead(ChildProcess):
     """The process, and what it last said.
 
     Attributes
@@ -50,90 +37,21 @@ class Ahead:
     def __init__(self) -> None:
         """Start it. Raises OSError where that is not possible."""
         self.stage, self.share, self.failed, self.note = "", 0.0, "", ""
-        self._last = "it said nothing"
-        self._is_stopped = False
-        options: dict[str, int] = {}
-        if sys.platform == "win32":
-            options["creationflags"] = (
-                subprocess.CREATE_NO_WINDOW | subprocess.BELOW_NORMAL_PRIORITY_CLASS
-            )
-        self._process = subprocess.Popen(
-            command(),
-            env={**os.environ, **ONE_THREAD},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            **options,
-        )
-        order = {"path": sys.path, "package": ADDON, "folder": addon_folder()}
-        assert self._process.stdin is not None and self._process.stdout is not None
-        # Its input stays open: its end would end the process.
-        self._process.stdin.write(json.dumps(order) + "\n")
-        self._process.stdin.flush()
-        self._thread = threading.Thread(
-            target=self._listen, args=(self._process.stdout,), name="Liquid Splash", daemon=True
-        )
-        self._thread.start()
+        super().__init__({})
 
-    @property
-    def is_done(self) -> bool:
-        """Whether it has ended."""
-        return not self._thread.is_alive()
+    def hear(self, said: Mapping[str, Any]) -> None:
+        """Take note of what a line says."""
+        self.stage = said.get("stage", self.stage)
+        self.share = said.get("share", self.share)
+        self.failed = said.get("failed", self.failed)
+        self.note = said.get("note", self.note)
 
-    def wait(self, seconds: float | None = None) -> None:
-        """Wait for its end."""
-        self._thread.join(seconds)
-
-    def stop(self) -> None:
-        """End it."""
-        self._is_stopped = True
-        self._process.kill()
-        self.wait()
-
-    def _listen(self, lines: IO[str]) -> None:
-        """Take note of what the process says, until it ends."""
-        for line in lines:
-            try:
-                said = json.loads(line)
-                self.stage = said.get("stage", self.stage)
-                self.share = said.get("share", self.share)
-                self.failed = said.get("failed", self.failed)
-                self.note = said.get("note", self.note)
-            except (ValueError, AttributeError):  # a library's own message
-                self._last = line.strip() or self._last
-        code = self._process.wait()
-        for pipe in (self._process.stdin, lines):
-            close(pipe)
-        if code == 0 and not self.note:
+    def end(self) -> None:
+        """Note whether all was compiled, or why not."""
+        if self.code == 0 and not self.note:
             finish()
-        elif code != 0 and not self._is_stopped:
-            self.failed = self.failed or self._last
-
-
-def close(pipe: IO[str] | None) -> None:
-    """Close a pipe whose other end may be gone."""
-    try:
-        if pipe is not None:
-            pipe.close()
-    except OSError:
-        pass
-
-
-def command() -> list[str]:
-    """Return the command that runs the program with Blender's Python."""
-    python = Path(sys.executable or "")
-    if python.is_file() and python.stem.lower().startswith("python"):
-        return [str(python), "-I", str(PROGRAM)]
-    # A Blender whose Python is not there as a program of its own.
-    return [bpy.app.binary_path, "--background", "--factory-startup", "--python", str(PROGRAM)]
-
-
-def addon_folder() -> str:
-    """Return the add-on's folder as Blender imported it: compiled code is bound to that."""
-    return str(sys.modules[ADDON].__path__[0])
+        elif self.code != 0 and not self.is_stopped:
+            self.failed = self.failed or self.last
 
 
 def finish() -> None:

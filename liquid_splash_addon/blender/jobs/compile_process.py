@@ -22,15 +22,15 @@ def main() -> int:
     """Do what is ordered, or rehearse; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
-    if hasattr(os, "nice"):  # on Windows the parent chose the priority
+    # A job is waited for. On Windows the parent chose the priority.
+    if "module" not in order and hasattr(os, "nice"):
         os.nice(NICENESS)
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
     try:
         if "module" in order:
-            return int(
-                importlib.import_module(order["package"] + order["module"]).work(order["job"], say)
-            )
+            module = importlib.import_module(order["package"] + order["module"])
+            return int(module.work(order["job"], say))
         importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
     except (Exception, MemoryError) as error:
         say(failed=f"{type(error).__name__}: {error}")

@@ -275,4 +275,5 @@ def remember(
     record.summary = result.summary
     record.warnings = "\n".join(result.warnings)
     mesh_object.remember_place(splash, sketch)
+    splash.splash_stack.flowed = ""
     refine.remember(splash, refine.task_of(splash).key, [], [])

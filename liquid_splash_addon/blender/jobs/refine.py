@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
-    from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.settings import RefinementSettings, WaveSettings
     from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
@@ -115,7 +115,16 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
 
     obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
     stored = StoredSplash.from_bytes(content)
-    return Refiner(stored.fields, task.threshold, obstacles, task.clearance, stored.applied)
+    return Refiner(
+        stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed
+    )
+
+
+def waves_of(task: Task) -> list[WaveSettings]:
+    """Return the waves on the mesh, applied ones first, without bpy."""
+    from ...core.refinement.stack import wave_steps
+
+    return [*refiner_of(task).applied_waves, *wave_steps(task.steps)]
 
 
 def compute(task: Task, report: Report) -> Outcome:
@@ -163,7 +172,8 @@ def compute_applied(task: Task, report: Report) -> tuple[Outcome, bytes]:
     from ...core.refinement.stored_splash import StoredSplash
 
     stored = StoredSplash.from_bytes(task.content)
-    content = replace(stored, applied=refiner_of(task).applied(task.steps)).to_bytes()
+    applied = refiner_of(task).applied(task.steps)
+    content = replace(stored, applied=applied, flowed=None).to_bytes()
     return compute(task, report), content
 
 

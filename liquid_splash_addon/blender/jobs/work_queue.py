@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one queue for work on scene objects: one piece at a time, computed in a thread.
 
+It has a second lane for pieces that processes of their own compute, for minutes, while a thread
+merely waits: those come one after another too, but nothing else waits for them.
+
 A piece of work is read from the scene, computed without bpy, and written. It carries a key of all
 that it was read from. When it is done the scene is read again: the result is written only if the
 key is still the same, else what is wanted now is computed. So undo, redo, copies and edits in
@@ -16,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 
 from ...core.progress import silent
+from . import main_thread
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:
@@ -49,6 +53,7 @@ class Entry:
     read : reads the work from the scene; None if there is nothing to do any more
     fail : is told of the error that ended it
     collected : whether an operator writes the result, so that Blender's undo knows of it
+    beside : whether a process of its own does it
     error : what ended it
     is_dropped : whether it left the queue without a result
     """
@@ -59,8 +64,10 @@ class Entry:
         read: Callable[[], Work | None],
         fail: Callable[[Exception], None],
         collected: bool = False,
+        beside: bool = False,
     ) -> None:
-        self.owner, self.read, self.fail, self.collected = owner, read, fail, collected
+        self.owner, self.read, self.fail = owner, read, fail
+        self.collected, self.beside = collected, beside
         self.work: Work | None = None
         self.job: Job | None = None
         self.error: Exception | None = None
@@ -91,8 +98,9 @@ class Entry:
             self.job.cancel()
         else:
             self.is_dropped = True
-            if self in _waiting:
-                _waiting.remove(self)
+            lane = _lanes[self.beside]
+            if self in lane.waiting:
+                lane.waiting.remove(self)
 
     @property
     def is_stopping(self) -> bool:
@@ -116,8 +124,27 @@ class Entry:
         return True
 
 
-_waiting: list[Entry] = []
-_running: Entry | None = None
+class Lane:
+    """Entries that are computed one after another.
+
+    Attributes
+    ----------
+    waiting : those that are yet to be begun, first to last
+    running : the one that is computed
+    """
+
+    def __init__(self) -> None:
+        self.waiting: list[Entry] = []
+        self.running: Entry | None = None
+
+    @property
+    def entries(self) -> list[Entry]:
+        """All of them, first to last."""
+        return [*self.waiting] if self.running is None else [self.running, *self.waiting]
+
+
+_lanes = (Lane(), Lane())
+"""For work in this process, and for that of others: an entry's ``beside`` picks one."""
 
 
 def is_immediate() -> bool:
@@ -132,52 +159,56 @@ def is_rendering() -> bool:
 
 def put(entry: Entry, first: bool = False) -> Entry:
     """Add an entry, at the end or before all others, and return it."""
-    _waiting.insert(0 if first else len(_waiting), entry)
+    waiting = _lanes[entry.beside].waiting
+    waiting.insert(0 if first else len(waiting), entry)
     if not bpy.app.timers.is_registered(tick):
         bpy.app.timers.register(tick, first_interval=TICK, persistent=True)
     return entry
 
 
 def running() -> Entry | None:
-    """Return what is being computed now."""
-    return _running
+    """Return what is being computed now in this process."""
+    return _lanes[False].running
 
 
 def is_waiting() -> bool:
     """Whether something waits to be begun."""
-    return bool(_waiting)
+    return any(lane.waiting for lane in _lanes)
 
 
-def collecting() -> Entry | None:
+def collecting(beside: bool = False) -> Entry | None:
     """Return what an operator waits for: running, or still waiting."""
-    entries = [*_waiting] if _running is None else [_running, *_waiting]
-    return next((entry for entry in entries if entry.collected), None)
+    return next((entry for entry in _lanes[beside].entries if entry.collected), None)
 
 
 def entry_of(owner: int) -> Entry | None:
     """Return the entry of an object, if it has one that no operator waits for."""
-    entries = [*_waiting] if _running is None else [_running, *_waiting]
+    entries = [entry for lane in _lanes for entry in lane.entries]
     return next((entry for entry in entries if entry.owner == owner and not entry.collected), None)
 
 
 def collect(entry: Entry) -> bool:
     """Have an operator write its entry's result; return whether it is done, see Entry.finish."""
-    global _running
     done = True
     try:
         done = entry.finish()
     finally:
-        if done and _running is entry:
-            _running = None
+        if done:
+            _release(entry)
     return done
 
 
 def drop(entry: Entry) -> None:
     """Stop an entry and forget it, whatever becomes of its thread."""
-    global _running
     entry.cancel()
-    if _running is entry:
-        _running = None
+    _release(entry)
+
+
+def _release(entry: Entry) -> None:
+    """Let the next entry of its lane begin."""
+    lane = _lanes[entry.beside]
+    if lane.running is entry:
+        lane.running = None
 
 
 def run_now(entry: Entry) -> None:
@@ -205,24 +236,25 @@ def print_unexpected(error: Exception) -> None:
 
 def tick() -> float | None:
     """Write what is done and begin what waits; None ends the timer."""
-    global _running
     redraw_sidebars()
     if is_rendering():
         return TICK
-    if _running is not None and _running.is_ready and not _running.collected:
-        _end_running()
-    while _running is None and _waiting:
-        _begin(_waiting.pop(0))
-    return TICK if _running is not None else None
+    main_thread.do_requests()
+    for lane in _lanes:
+        entry = lane.running
+        if entry is not None and entry.is_ready and not entry.collected:
+            _end(lane, entry)
+        while lane.running is None and lane.waiting:
+            _begin(lane, lane.waiting.pop(0))
+    is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
+    return TICK if is_busy else None
 
 
-def _end_running() -> None:
+def _end(lane: Lane, entry: Entry) -> None:
     """End what was computed, unless something else is wanted of it by now."""
     from ...core.progress import Cancelled
 
-    global _running
-    entry, done = _running, True
-    assert entry is not None
+    done = True
     try:
         done = entry.finish()
     except Cancelled:
@@ -230,31 +262,33 @@ def _end_running() -> None:
     except Exception as error:
         report_failure(entry, error)
     if done:
-        _running = None
+        lane.running = None
 
 
-def _begin(entry: Entry) -> None:
-    global _running
+def _begin(lane: Lane, entry: Entry) -> None:
     try:
         work = entry.read()
         if work is not None:
-            _running = entry
+            lane.running = entry
             entry.start(work)
     except Exception as error:
-        _running = None
+        lane.running = None
         report_failure(entry, error)
 
 
 def stop(seconds: float = STOP_SECONDS) -> None:
-    """Empty the queue, and wait for the thread."""
-    global _running
-    entry, _running = _running, None
-    for waiting in [*_waiting, *([] if entry is None else [entry])]:
-        waiting.is_dropped = True
-    _waiting.clear()
-    if entry is not None and entry.job is not None:
-        entry.job.cancel()
-        entry.job.wait(seconds)
+    """Empty the queue, and wait for the threads."""
+    running = [lane.running for lane in _lanes if lane.running is not None]
+    for lane in _lanes:
+        for entry in lane.entries:
+            entry.is_dropped = True
+        lane.waiting.clear()
+        lane.running = None
+    jobs = [entry.job for entry in running if entry.job is not None]
+    for job in jobs:
+        job.cancel()
+    for job in jobs:
+        job.wait(seconds)
 
 
 @bpy.app.handlers.persistent

@@ -51,8 +51,9 @@ def set_input(modifier: bpy.types.Modifier, name: str, value: Any) -> None:
     identifier = sockets[0].identifier
     if hasattr(modifier, "properties"):  # from Blender 5.2 on
         holder = getattr(modifier.properties.inputs, identifier)
-        if holder.value != value:
-            holder.value = value
+        if holder.value == value:
+            return
+        holder.value = value
     elif modifier.get(identifier) != value:
         modifier[identifier] = value
-        modifier.id_data.update_tag()
+    modifier.id_data.update_tag()  # Blender itself does not notice

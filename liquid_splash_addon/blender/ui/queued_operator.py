@@ -21,12 +21,18 @@ class QueuedOperator:
 
     Scripts, the background and the redo panel have it done at once. An error of any kind is
     reported in words; the scene is then as it was.
+
+    Attributes
+    ----------
+    beside : whether a process of its own does the work, so that other work need not wait
     """
+
+    beside = False
 
     @classmethod
     def is_free(cls) -> bool:
         """Whether no other such operator waits; else say so in the tooltip."""
-        if work_queue.collecting() is None:
+        if work_queue.collecting(cls.beside) is None:
             return True
         cls.poll_message_set("A splash is being made: press Esc to stop it")
         return False
@@ -69,7 +75,7 @@ class QueuedOperator:
             self.read()  # says at once what stands in the way
         except Exception as error:
             return self.give_up(error)
-        self._entry = Entry(self.owner(), self.read, lambda error: None, collected=True)
+        self._entry = Entry(self.owner(), self.read, lambda error: None, True, self.beside)
         work_queue.put(self._entry, first=True)
         manager = context.window_manager
         manager.progress_begin(0, 100)

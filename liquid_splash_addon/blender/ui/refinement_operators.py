@@ -13,7 +13,7 @@ from ...core.refinement.presets import PRESETS
 from ...core.refinement.settings import KINDS
 from ..data.model import is_model
 from ..data.refinements import ITEMS, add_step
-from ..jobs import refine, scheduler, work_queue
+from ..jobs import flow_on, refine, scheduler, work_queue
 from ..jobs.work_queue import Work
 from ..scene import drop_points
 from ..scene.objects import Handle, SceneError, check_writable
@@ -155,6 +155,24 @@ class SPLASH_OT_refinement_update(StackOperator, bpy.types.Operator):
         """Leave the list as it is."""
 
 
+class SPLASH_OT_flow_on(WaitingStackOperator, bpy.types.Operator):
+    """Let the splash flow on for the time set beside this button. Refinements come on top"""
+
+    bl_idname = "splash.flow_on"
+    bl_label = "Flow On"
+    needs_items = False
+
+    def read(self) -> Work:
+        """Read what flows on."""
+        splash = self.item()
+        work = flow_on.task_of(splash)
+        return Work(
+            ("flow on", *work.key),
+            partial(flow_on.compute, work),
+            partial(flow_on.write, splash, work),
+        )
+
+
 class SPLASH_OT_drop_points(WaitingStackOperator, bpy.types.Operator):
     """Add the free drops as a point cloud with radius and velocity; it follows its splash"""
 
@@ -202,8 +220,13 @@ class SPLASH_OT_refinement_apply(WaitingStackOperator, bpy.types.Operator):
         return Work(
             ("apply", task.key),
             partial(refine.compute_applied, task),
-            partial(refine.write_applied, splash, task),
+            partial(self.write, splash, task),
         )
+
+    def write(self, splash: bpy.types.Object, task: refine.Task, made: Any) -> None:
+        """Write it. What was flown on is a part of it."""
+        refine.write_applied(splash, task, made)
+        flow_on.reset(splash)
 
 
 CLASSES = (
@@ -212,6 +235,7 @@ CLASSES = (
     SPLASH_OT_refinement_remove,
     SPLASH_OT_refinement_move,
     SPLASH_OT_refinement_update,
+    SPLASH_OT_flow_on,
     SPLASH_OT_drop_points,
     SPLASH_OT_refinement_apply,
 )

@@ -8,10 +8,10 @@ from typing import Any
 
 import bpy
 
-from ..jobs import scheduler
+from ..jobs import flow_on, scheduler
 from ..scene.targets import shown_splash
 from . import refinement_operators as operators
-from .panels import SplashPanel, draw_eye, draw_warnings, settings_column
+from .panels import SplashPanel, draw_eye, draw_text, draw_warnings, settings_column
 
 ICONS = {
     "DROPLETS": "META_BALL",
@@ -58,6 +58,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
         layout = self.layout
         splash = shown_splash(context)
         stack = splash.splash_stack
+        draw_flow_on(layout, context, splash)
         row = layout.row()
         row.template_list("SPLASH_UL_refinements", "", stack, "items", stack, "active", rows=4)
         buttons = row.column(align=True)
@@ -103,6 +104,19 @@ class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
         column.prop(group, "collection", text="Collection")
         column.prop(group, "clearance")
         layout.operator(operators.SPLASH_OT_refinement_update.bl_idname, icon="FILE_REFRESH")
+
+
+def draw_flow_on(layout: Any, context: bpy.types.Context, splash: bpy.types.Object) -> None:
+    """Show the time that the splash flows on before all refinements, and its button."""
+    row = layout.row(align=True)
+    row.prop(splash.splash_stack.flow_on, "milliseconds", slider=True)
+    is_new = not flow_on.is_up_to_date(splash)
+    button = row.row(align=True)
+    button.alert = is_new
+    icon = "FILE_REFRESH" if is_new else "CHECKMARK"
+    button.operator(operators.SPLASH_OT_flow_on.bl_idname, text="", icon=icon)
+    if is_new:
+        draw_text(layout, context, "Flow On is out of date: press its button", "INFO")
 
 
 def draw_settings(layout: Any, stack: Any) -> None:

@@ -30,7 +30,7 @@ class Drops(NamedTuple):
     meshed: np.ndarray
 
 
-def drops_to_drawing(cloud: DropCloud, frame: Frame) -> Drops:
+def drops_to_drawing(cloud: DropCloud | Drops, frame: Frame) -> Drops:
     """Convert free drops from local metres to drawing units."""
     return Drops(
         frame.points_to_drawing(cloud.positions.astype(np.float64)).astype(np.float32),

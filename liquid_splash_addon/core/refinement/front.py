@@ -93,17 +93,24 @@ def _curvature(d):
 def choose(
     cells: np.ndarray, measure: np.ndarray, amount: float, apart: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return stratified random points ``(m, 3)``, cells, in the cells of the greatest measure.
+    """Return random points ``(m, 3)``, cells, in the cells that :func:`strongest` chooses."""
+    points = cells[strongest(cells, measure, amount, apart, rng)]
+    return np.asarray(points + rng.random(points.shape), dtype=np.float32)
 
-    gamma of eq. 4 is the measure that a share ``amount`` of the cells exceeds. One point is drawn
-    in each stratum, a cube with an edge of ``apart`` cells, that holds any of them.
+
+def strongest(
+    cells: np.ndarray, measure: np.ndarray, amount: float, apart: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Return the numbers ``(m,)`` of stratified random ones of the cells of the greatest measure.
+
+    gamma of eq. 4 is the measure that a share ``amount`` of the cells exceeds. One is drawn in each
+    stratum, a cube with an edge of ``apart`` cells, that holds any of them.
     """
     count = round(amount * len(cells))
     if count == 0:
-        return np.zeros((0, 3), dtype=np.float32)
+        return np.zeros(0, dtype=np.int64)
     highest = np.argpartition(measure, len(cells) - count)[len(cells) - count :]
     mixed = rng.permutation(highest)
     strata = np.floor(cells[mixed] / apart).astype(np.int64)
     _, first = np.unique(strata @ np.array([1 << 40, 1 << 20, 1]), return_index=True)
-    points = cells[mixed[np.sort(first)]]
-    return np.asarray(points + rng.random(points.shape), dtype=np.float32)
+    return np.asarray(mixed[np.sort(first)])

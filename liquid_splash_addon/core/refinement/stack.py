@@ -26,7 +26,7 @@ from .settings import (
     RuptureSettings,
     WaveSettings,
 )
-from .stored_splash import Applied
+from .stored_splash import Applied, Flowed
 from .waves import WaveMesh, prepare, propagate, wave_edge
 
 CHANGES: dict[type[RefinementSettings], Callable[[LevelSet, Any], Detail]] = {
@@ -85,18 +85,21 @@ class Refiner:
         obstacles: Sequence[Obstacle] = (),
         offset: float = OFFSET,
         applied: Applied | None = None,
+        flowed: Flowed | None = None,
     ) -> None:
         """Take a splash and its obstacles.
 
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
         cells of air around them; applied : refinements that were applied to it, which come
-        before all others.
+        before all others; flowed : the liquid and drops of both, some time later.
         """
         self.base = Detail(LevelSet.of(fields, threshold))
         self.applied_waves: tuple[WaveSettings, ...] = ()
         if applied is not None:
             self.base = Detail(applied.liquid, cloud=applied.cloud)
             self.applied_waves = applied.waves
+        if flowed is not None:
+            self.base = Detail(flowed.liquid)
         self.obstacles, self.offset = obstacles, offset
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}

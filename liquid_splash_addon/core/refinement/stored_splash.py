@@ -2,7 +2,8 @@
 """What a file keeps of a splash, in one versioned and compressed container.
 
 A container is an .npz archive of plain arrays. It holds the generator's fields and the strokes that
-they were made of, and, once refinements were applied, the refined liquid.
+they were made of, once refinements were applied, the refined liquid, and, once that was flown on,
+the liquid some time later.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from ..sketch.strokes import Stroke
 from .drop_meshes import DropCloud
 from .settings import WaveSettings
 
-VERSION = 1
-"""Of the container. Files from before have none: they hold the fields' arrays alone."""
+VERSION = 2
+"""Of the container, the newest that is read. Files from before versions hold the fields' arrays
+alone. What was not flown on is written as version 1, which older add-ons read too."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,20 @@ class Applied:
 
 
 @dataclass(frozen=True)
+class Flowed:
+    """A splash that was flown on: what all refinements of its list start from.
+
+    Attributes
+    ----------
+    liquid : the liquid, its free drops included, before obstacles are carved out
+    milliseconds : of its own time after the splash that it was made from
+    """
+
+    liquid: LevelSet
+    milliseconds: float
+
+
+@dataclass(frozen=True)
 class StoredSplash:
     """A splash as it is stored.
 
@@ -52,15 +68,17 @@ class StoredSplash:
     fields : what the generator gave, rounded as :meth:`Fields.round_off` does
     strokes : what it was made of, local metres and m/s; none in files from before they were kept
     applied : the refinements that were applied to it, if there are any
+    flowed : the liquid, applied refinements included, some time later, if it was flown on
     """
 
     fields: Fields
     strokes: Sequence[Stroke] = field(default_factory=tuple)
     applied: Applied | None = None
+    flowed: Flowed | None = None
 
     def to_bytes(self) -> bytes:
         """Return the container, a megabyte or two."""
-        arrays = {"version": np.array(VERSION)}
+        arrays = {"version": np.array(1 if self.flowed is None else VERSION)}
         arrays |= prefixed("fields", self.fields.to_arrays())
         arrays |= prefixed("strokes", stroke_arrays(self.strokes))
         if self.applied is not None:
@@ -68,6 +86,9 @@ class StoredSplash:
             arrays |= prefixed("cloud", cloud_arrays(self.applied.cloud))
             waves = json.dumps([asdict(step) for step in self.applied.waves])
             arrays["waves"] = np.frombuffer(waves.encode(), dtype=np.uint8)
+        if self.flowed is not None:
+            arrays |= prefixed("flowed", level_arrays(self.flowed.liquid))
+            arrays["milliseconds"] = np.array(self.flowed.milliseconds)
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         return buffer.getvalue()
@@ -109,10 +130,15 @@ def read_arrays(arrays: Mapping[str, np.ndarray]) -> StoredSplash:
             read_cloud(without_prefix("cloud", arrays)),
             tuple(WaveSettings(**settings) for settings in waves),
         )
+    flowed = None
+    if "milliseconds" in arrays:
+        liquid = read_level(without_prefix("flowed", arrays))
+        flowed = Flowed(liquid, float(arrays["milliseconds"]))
     return StoredSplash(
         Fields.from_arrays(without_prefix("fields", arrays)),
         read_strokes(without_prefix("strokes", arrays)),
         applied,
+        flowed,
     )
 
 

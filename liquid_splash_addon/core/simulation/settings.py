@@ -89,3 +89,21 @@ class SimulationSettings(Settings):
     def pull(self) -> float:
         """Gravity that acts, m/s^2."""
         return self.gravity_strength if self.gravity else 0.0
+
+
+@dataclass(frozen=True)
+class FlowOnSettings(Settings):
+    """What a user chooses for a splash some time later."""
+
+    milliseconds: float = setting(
+        0.0,
+        "Flow On (ms)",
+        "Milliseconds of the liquid's own time that the splash flows on, before its refinements: "
+        "sheets become thinner and smoother, rims form. Press the button to compute it",
+        low=0.0,
+        high=100.0,
+    )
+    gravity: bool = setting(True, "Gravity", "The liquid falls meanwhile", low=False, high=True)
+    gravity_strength: float = setting(
+        EARTH, "Strength (m/s²)", "Gravity, 9.81 on earth", low=0.0, high=100.0, soft=25.0
+    )

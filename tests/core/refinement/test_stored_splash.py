@@ -9,7 +9,7 @@ import pytest
 from liquid_splash_addon.core.refinement import stored_splash
 from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
 from liquid_splash_addon.core.refinement.stack import Refiner
-from liquid_splash_addon.core.refinement.stored_splash import StoredSplash
+from liquid_splash_addon.core.refinement.stored_splash import Flowed, StoredSplash
 from tests.core.refinement.shapes import sheet
 from tests.core.sketching import fan
 
@@ -77,9 +77,35 @@ def test_damaged_containers_are_refused(fields, cut):
         StoredSplash.from_bytes(StoredSplash(fields, fan()).to_bytes()[:cut])
 
 
+def test_a_splash_that_was_flown_on_comes_back(fields):
+    """Refinements start from it, waves that were applied before are kept."""
+    refiner = Refiner(fields)
+    later = Flowed(refiner.liquid(STEPS[:1]).liquid, 12.5)
+    stored = StoredSplash(fields, fan(), refiner.applied(STEPS), later)
+    again = StoredSplash.from_bytes(stored.to_bytes())
+    assert again.flowed.milliseconds == 12.5
+    assert again.applied.waves == STEPS[1:]
+    one, other = (
+        Refiner(fields, applied=from_.applied, flowed=from_.flowed).refine(())
+        for from_ in (stored, again)
+    )
+    bare = Refiner(fields).refine(())
+    assert one.mesh.vertices.shape != bare.mesh.vertices.shape
+    for name in ("vertices", "faces", "velocities"):
+        assert np.array_equal(getattr(one.mesh, name), getattr(other.mesh, name))
+
+
+def test_only_what_was_flown_on_needs_a_later_add_on(fields):
+    later = Flowed(Refiner(fields).base.liquid, 1.0)
+    for flowed, version in ((None, 1), (later, 2)):
+        data = StoredSplash(fields, flowed=flowed).to_bytes()
+        with np.load(io.BytesIO(data)) as arrays:
+            assert int(arrays["version"]) == version
+
+
 def test_containers_of_later_versions_say_so(fields, monkeypatch):
     monkeypatch.setattr(stored_splash, "VERSION", 99)
-    data = StoredSplash(fields).to_bytes()
+    data = StoredSplash(fields, flowed=Flowed(Refiner(fields).base.liquid, 1.0)).to_bytes()
     monkeypatch.undo()
     with pytest.raises(ValueError, match="later version"):
         StoredSplash.from_bytes(data)
