@@ -20,10 +20,11 @@ ROOMS = {
         "settings grid scale progress packages compiled_code compiling",
         "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "playback",
-        "mantaflow", "pipeline",
+        "mantaflow",
+        "pipeline",
         "rehearsal",
     ),
-    "liquid_splash_addon.blender": ("data", "scene", "jobs", "ui"),
+    "liquid_splash_addon.blender": ("data", "scene", "jobs", "capture", "ui"),
     "training": (
         "command_line",
         "scenes", "measures", "figures", "data", "simulation", "learning", "evaluation", "research",

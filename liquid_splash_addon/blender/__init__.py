@@ -6,6 +6,7 @@ Its rooms, from the lowest to the highest; each imports only from itself, the ro
     data     what a .blend file remembers: properties and their registration
     scene    Blender's objects to arrays and back
     jobs     what is computed beside the interface, and when
+    capture  drawing with tracked hands, in virtual reality
     ui       operators, panels and menus
 
 This file is above all rooms: it registers them with Blender.
@@ -17,7 +18,9 @@ from pathlib import Path
 import bpy
 
 from ..core import compiled_code
+from .capture import action_set, vr_drawing
 from .data import (
+    capture,
     index,
     mantaflow,
     model,
@@ -33,6 +36,7 @@ from .jobs import (
     bake_mantaflow,
     compile_ahead,
     compose,
+    draft_then_full,
     estimates,
     loaded_generator,
     refine,
@@ -59,6 +63,7 @@ from .ui import (
     simulate_panel,
     sketch_presets,
     stroke_files,
+    vr_panel,
 )
 
 MODULES = (
@@ -70,6 +75,7 @@ MODULES = (
     obstacle_group,
     simulation,
     motion,
+    capture,
     mantaflow,
     preferences,
     work_queue,
@@ -79,6 +85,9 @@ MODULES = (
     bake_mantaflow,
     compile_ahead,
     estimates,
+    draft_then_full,
+    action_set,
+    vr_drawing,
     drop_points,
     model_parts,
     moving_obstacles,
@@ -91,8 +100,8 @@ MODULES = (
     refinement_operators,
     motion_operators,
     simulate_operators,
-    export_vdb,
     mantaflow_operators,
+    export_vdb,
     panels,
     refinement_panel,
     model_panel,
@@ -100,6 +109,7 @@ MODULES = (
     preferences_panel,
     motion_panel,
     simulate_panel,
+    vr_panel,
     mantaflow_panel,
 )
 

@@ -108,6 +108,14 @@ class Rehearsal:
         settings, around = ModelSettings(mirror_x=True), obstacles()
         Composer().compose(parts, settings, WaveSettings(), around, OFFSET, report)
 
+    def export(self, report: Report) -> None:
+        """Place the splash in a domain of Mantaflow, divergence-free, on a floor."""
+        frame = self.splash.frame
+        start = SolverStart.of_splash(Refiner(self.splash.fields).liquid(FRESH), frame, frame)
+        bottom = float(bounds(start)[0][2])
+        settings = MantaflowSettings(resolution=48, ground="FLOOR", ground_height=bottom)
+        first_frame(start, Domain.around(start, settings), settings, report=report)
+
     def simulation(self, report: Report) -> None:
         """Flow the draft on, and simulate a frame of it in a pool, past an obstacle that moves."""
         liquid = LevelSet.of(self.splash.fields)
@@ -121,14 +129,6 @@ class Rehearsal:
             run(start, settings, folder, part_of(report, 0.5, 1.0))
             read_frame(folder, 1)
 
-    def export(self, report: Report) -> None:
-        """Place the splash in a domain of Mantaflow, divergence-free, on a floor."""
-        frame = self.splash.frame
-        start = SolverStart.of_splash(Refiner(self.splash.fields).liquid(FRESH), frame, frame)
-        bottom = float(bounds(start)[0][2])
-        settings = MantaflowSettings(resolution=48, ground="FLOOR", ground_height=bottom)
-        first_frame(start, Domain.around(start, settings), settings, report=report)
-
     def full(self, report: Report) -> None:
         """Make and refine a full result."""
         make_splash(self.strokes, FULL, self.generator, report=report, refinements=FRESH)
@@ -140,8 +140,8 @@ STAGES = (
     ("Refinements", Rehearsal.refinements, 0.28),
     ("Obstacles", Rehearsal.obstacles, 0.09),
     ("Models", Rehearsal.model, 0.03),
-    ("Simulation", Rehearsal.simulation, 0.1),
     ("Mantaflow", Rehearsal.export, 0.02),
+    ("Simulation", Rehearsal.simulation, 0.1),
     ("Full resolution", Rehearsal.full, 0.02),
 )
 """What is done, with its share of the whole time where nothing was compiled before."""

@@ -5,7 +5,6 @@ import json
 import shutil
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import bpy
@@ -14,21 +13,18 @@ import pytest
 
 from liquid_splash_addon.blender.jobs import estimates, loaded_generator, memory, simulate
 from liquid_splash_addon.blender.scene import frame_folder, motion_object
-from liquid_splash_addon.blender.ui import simulate_operators, simulate_panel
+from liquid_splash_addon.blender.ui import simulate_panel
 from liquid_splash_addon.core.composition.drops import Drops
 from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.playback.files import FILE, MANIFEST
 from liquid_splash_addon.core.playback.playback import played
 from liquid_splash_addon.core.playback.ply import ply_bytes
 from liquid_splash_addon.core.progress import Cancelled
-from tests.blender import reading
 from tests.blender.drawing_panels import drawn
-from tests.blender.exporting import EXPORTERS, export
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import TubeGenerator, add_sketch, evaluated_mesh, fan, generate
 from tests.blender.test_copies import duplicate
 from tests.blender.test_drop_points import cloud
-from tests.blender.test_exporters import y_up
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES, START = 3, 5
@@ -269,7 +265,6 @@ def test_an_unsaved_file_keeps_frames_for_later(tubes, tmp_path, monkeypatch):
     motion = simulated(splash)
     before = files(splash)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
-    assert "Move Beside File" in simulate_operators.SPLASH_OT_simulation_keep.bl_label
     assert bpy.ops.splash.simulation_keep() == {"FINISHED"}
     assert splash.splash_simulation.folder.startswith("//splash_cache/")
     assert files(splash) == before and len(shown(motion, START)["position"])
@@ -384,25 +379,3 @@ def test_obstacles_are_read_at_every_frame_in_pieces(fresh, monkeypatch):
     assert poses.shape == (FRAMES + 1, 8, 3) and len(seen) > FRAMES
     assert poses[0].mean(axis=0)[0] == pytest.approx(5) and poses[-1].mean(axis=0)[0] > 7.9
     assert len(bpy.data.scenes) == scenes and bpy.context.scene.frame_current == 1
-    assert threading.current_thread() is threading.main_thread()
-
-
-@pytest.mark.skipif(EXPORTERS["Alembic"].operator is None, reason="this Blender has no Alembic")
-def test_alembic_holds_every_frame_with_its_velocities(splash, tmp_path):
-    """Read by its own project's library: other topology in each frame."""
-    stored = [read(data) for data in files(splash)]
-    scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = START, START + FRAMES
-    bpy.ops.wm.save_mainfile()
-    path = export("Alembic", Path(bpy.data.filepath), tmp_path)
-    found = {
-        key.rpartition(":")[2]: values
-        for key, values in reading.archive(path).items()
-        if "/Splash_Motion/" in key
-    }
-    for number, wanted in enumerate(stored):
-        mark = f"@{number}" if number else ""
-        liquid = wanted[wanted[:, 6] == 0]
-        np.testing.assert_array_equal(found[f"position{mark}"], y_up(liquid[:, :3]))
-        np.testing.assert_array_equal(found[f"velocity{mark}"], y_up(liquid[:, 3:6]))
-        assert len(found[f"corners{mark}"])

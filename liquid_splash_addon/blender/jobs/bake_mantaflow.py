@@ -75,7 +75,7 @@ def look() -> float | None:
         fluid = fluid_domain.settings_of(item)
         if item is None or fluid is None or not item.users_scene:
             del _waiting[handle]
-        elif not fluid_domain.is_baking(fluid) and not bpy.app.is_job_running("OBJECT_SIM_FLUID"):
+        elif not fluid_domain.is_baking(fluid):
             whole = last_frame(item) == fluid.cache_frame_end
             if step == "MESH" and whole and fluid.use_mesh and not fluid.has_cache_baked_mesh:
                 _waiting[handle] = "END"
@@ -101,6 +101,8 @@ def finish(item: bpy.types.Object, scene: bpy.types.Scene) -> None:
     done = last_frame(item)
     if done > group.frame:
         group.verified = verify(item, scene)
+    if fluid.has_cache_baked_mesh and item.display_type == "WIRE":
+        item.display_type = "TEXTURED"
     source = fluid_domain.source_of(item)
     if done == fluid.cache_frame_end and group.settings.hide and source is not None:
         if source.is_editable:

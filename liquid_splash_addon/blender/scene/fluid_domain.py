@@ -268,6 +268,7 @@ def set_ready(item: bpy.types.Object, frame: int) -> None:
     fluid.cache_frame_pause_data = frame + 1
     # Shows Resume and Free in Blender's own panel.
     fluid.has_cache_baked_data = True
+    item.display_type = "WIRE"  # until there is liquid to be seen in it
 
 
 def state_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
@@ -276,10 +277,13 @@ def state_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     values = [plain(getattr(fluid, name, None)) for name in DECISIVE]
     values.append(bpy.path.abspath(fluid.cache_directory))
     gravity = [plain(value) for value in gravity_of(fluid, scene)]
-    corners = np.array(item.bound_box).round(5).tolist()
+    # Not the object's box, which is the liquid's once that has a mesh.
+    corners = np.empty(3 * len(item.data.vertices), dtype=np.float32)
+    item.data.vertices.foreach_get("co", corners)
+    box = corners.reshape(-1, 3).round(5).tolist()
     place = np.array(mesh_object.world_matrix(item)).round(5).tolist()
     rate = plain(scene.render.fps / scene.render.fps_base)
-    return hashlib.sha256(repr((values, gravity, corners, place, rate)).encode()).hexdigest()[:16]
+    return hashlib.sha256(repr((values, gravity, box, place, rate)).encode()).hexdigest()[:16]
 
 
 def gravity_of(fluid: Any, scene: bpy.types.Scene) -> list[float]:

@@ -52,6 +52,11 @@ class SPLASH_PT_simulation_more(SplashPanel, bpy.types.Panel):
     bl_parent_id = "SPLASH_PT_simulation"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Whether there is a splash or a model."""
+        return operators.shown_liquid(context) is not None
+
     def draw(self, context: bpy.types.Context) -> None:
         """Show forces, steps, and what is evaluated on every frame."""
         record = operators.shown_liquid(context).splash_simulation

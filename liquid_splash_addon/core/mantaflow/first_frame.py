@@ -172,7 +172,7 @@ class Sampler:
         """Return the signed distance at the centres of the domain's cells."""
         shape = self.domain.shape
         level = np.empty(shape, dtype=np.float32)
-        plane = np.stack(np.mgrid[: shape[1], : shape[2]], axis=-1).reshape(-1, 2) + 0.5
+        plane = np.indices(shape[1:]).reshape(2, -1).T + 0.5
         for i in range(shape[0]):
             points = np.column_stack([np.full(len(plane), i + 0.5), plane])
             level[i] = self.depth(points).reshape(shape[1:])

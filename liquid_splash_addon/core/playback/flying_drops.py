@@ -91,7 +91,7 @@ class FlyingDrops(NamedTuple):
         )
 
     def shown(self) -> Drops:
-        """Return them as large as they are now. None is in a mesh."""
+        """Return them as large as they are now, none in a mesh as yet."""
         share = self.ages / np.maximum(self.growths, 1e-9)
         grown = np.where(self.growths > 0, np.clip(share, 0, 1), 1).astype(np.float32)
         none = np.zeros(len(self.radii), dtype=bool)

@@ -17,7 +17,14 @@ import numpy as np
 
 from ..composition.drops import Drops, drops_to_drawing, mesh_to_drawing
 from ..mesh.mesh import Mesh
-from ..refinement.settings import KINDS, DropletSettings, RefinementSettings, WaveSettings
+from ..mesh.spheres import spheres
+from ..refinement.settings import (
+    KINDS,
+    SMALLEST_RADIUS,
+    DropletSettings,
+    RefinementSettings,
+    WaveSettings,
+)
 from ..refinement.waves import add_waves
 from ..scale import Scale
 from ..simulation.frames import frames_done, read_frame, read_manifest
@@ -28,7 +35,7 @@ from .files import FILE, MANIFEST, STATE
 from .flying_drops import FlyingDrops, Surroundings, advance
 from .ply import ply_bytes, write_whole
 
-VERSION = 2
+VERSION = 3
 """Of what is written: another one is made anew."""
 
 
@@ -172,6 +179,10 @@ class Player:
                 self.warnings += [text for text in about.warnings if text not in self.warnings]
         still = Drops(*frame.drops, np.zeros(len(frame.drops.radii), dtype=bool))
         drops = joined([still, self.drops.shown()])
+        # As those of a splash at rest: what a grid could resolve has a surface.
+        drops = drops._replace(meshed=drops.radii >= SMALLEST_RADIUS * cell)
+        if drops.meshed.any():
+            mesh = mesh.joined(spheres(*(values[drops.meshed] for values in drops[:3])))
         return mesh_to_drawing(mesh, playback.frame), drops_to_drawing(drops, playback.frame)
 
 

@@ -180,11 +180,24 @@ def test_drops_that_are_there_from_the_start_fly_too(tmp_path):
         player.next()
         counts.append(len(player.drops.radii))
         assert np.float32(0.003 / 0.25).tobytes() in shown(folder)[number]
+        faces_there = int(shown(folder)[number].split(b"element face ")[1].split()[0])
+        assert faces_there == len(ball().faces), "too small for a surface"
     assert counts == [2, 2, 1, 1]
     fallen = player.drops.positions[0] - place[1]
     np.testing.assert_allclose(fallen, (3 * STEP) ** 2 / 2 * DOWN.gravity, atol=1e-6)
     again = Playback.from_json(how.to_json())
     assert again.key({}) == how.key({}) != playback().key({})
+
+
+def test_drops_that_a_grid_could_hold_have_surfaces(tmp_path):
+    drops = FlyingDrops.grown(
+        np.float32([[0.3, 0, 0]]), np.zeros((1, 3), np.float32), np.float32([1.2 * CELL])
+    )
+    folder = simulated(tmp_path, 2)
+    Player(folder, replace(playback(), drops=drops)).catch_up()
+    for data in shown(folder):
+        assert int(data.split(b"element face ")[1].split()[0]) == len(ball().faces) + 320
+        assert np.float32(1.2 * CELL / 0.25).tobytes() not in data, "and are no points"
 
 
 def test_drops_end_in_the_liquid_and_on_the_ground():
