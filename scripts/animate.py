@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+import animation_curves as curves
 import animation_film as film
 import bpy
 import make_models as models
@@ -39,13 +40,12 @@ from liquid_splash_addon.blender.jobs import (
 )
 from liquid_splash_addon.core.animation.solver_start import SolverStart
 from liquid_splash_addon.core.mantaflow.settings import MantaflowSettings
-from liquid_splash_addon.core.progress import Report
+from liquid_splash_addon.core.progress import Report, silent
 from liquid_splash_addon.core.simulation.frames import read_frame
 from liquid_splash_addon.core.simulation.run import run
 from liquid_splash_addon.core.simulation.settings import SimulationSettings
 from tests.blender.manta_module import mend
 
-TIME_SCALE = 0.1
 FRAMES = 24
 POOL_DEPTH = 0.02
 """Metres at real size."""
@@ -161,10 +161,6 @@ def read_options() -> argparse.Namespace:
     return options
 
 
-def silent(_label: str, _share: float) -> None:
-    """Report nothing."""
-
-
 def make_meshes(place: Place, options: argparse.Namespace) -> None:
     """Simulate a film into files of its frames' meshes, unless they are there."""
     if all(place.frame(number).is_file() for number in range(options.frames + 1)):
@@ -182,11 +178,11 @@ def open_splash(place: Place, options: argparse.Namespace) -> bpy.types.Object:
         return next(item for item in bpy.data.objects if item.splash.summary)
     subject = SUBJECTS[place.subject]
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    bpy.context.scene.render.fps = 24
+    bpy.context.scene.render.fps = curves.FPS
     models.add_sketch(subject.preset, **subject.controls)
     splash = models.generate(**subject.settings)
     bpy.ops.splash.refinement_preset(preset="MILK")
-    splash.splash_motion.time_scale = TIME_SCALE
+    splash.splash_motion.time_scale = curves.TIME_SCALE
     points = table.world_points(splash)
     scale = solver_start.compute_start(solver_start.read_start(splash), silent).world.scale
     facts = {
@@ -250,7 +246,7 @@ def by_mantaflow(place: Place, options: argparse.Namespace) -> None:
         splash = open_splash(place, options)
         bpy.ops.wm.save_as_mainfile(filepath=str(path) + ".part")
         mend()
-        facts = film.facts_of(place)
+        facts = curves.facts_of(place)
         settings = MantaflowSettings(
             resolution=options.cells, margin=0.4, frames=options.frames, ground="POOL",
             ground_height=subject.pool, pool_depth=POOL_DEPTH / facts["length"],
