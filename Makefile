@@ -15,13 +15,16 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build zip repo lock licences release clean
+.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build zip repo lock licences release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
 
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
 	$(VENV_PYTHON) scripts/make_demo.py --out out
+
+animations: $(INSTALLED) ## simulate and render the animations of docs/animation.md: half an hour
+	$(VENV_PYTHON) scripts/animate.py crown letter_s --out docs/images --cache out/animation
 
 test: lint ## every check: lint, types, and the tests in plain Python, the bpy module and Blender
 	tests/every_way.sh $(TEST_ARGS)

@@ -31,9 +31,9 @@ SKY = (0.03, 0.045, 0.08, 1.0)
 BOUNCES = 6
 """Of light: these liquids are not clear."""
 
-FAR, INSET, NEAR = 60.0, 0.1, 0.3
-"""Where the still liquid around what was simulated ends, how far it reaches over that, and how far
-from the pool's surface its ripples are at most, Blender units."""
+FAR, INSET, NEAR = 60.0, 0.1, 0.04
+"""Where the still liquid around what was simulated ends, how far it reaches over that, and how high
+the ripples of the pool are there at most, Blender units. What is higher is splash."""
 
 
 class Shore(NamedTuple):
@@ -57,10 +57,10 @@ class Shore(NamedTuple):
         share = np.clip(inside / INSET, 0, 1)
         share = share * share * (3 - 2 * share)
         away = points[:, 2] - self.height
-        is_pool = np.abs(away) < NEAR
+        is_pool = (away < NEAR) & (away > -INSET)
         moved = points.copy()
         moved[is_pool, 2] = self.height + (share * away)[is_pool]
-        hidden = (inside < 0) & (away < INSET)
+        hidden = (inside < 0) & (away < NEAR)
         return moved, faces[~hidden[faces].all(axis=1)]
 
     def add(self, material: Any) -> None:
