@@ -100,7 +100,7 @@ def draw_curves(places: Sequence[Any], options: Any, path: Path) -> dict[str, fl
     lines = {"ours": "-", "mantaflow": (0, (4, 1.5))}
     colours = {"moving": "#0072b2", "still": "#d55e00"}
     with rc_context(style):
-        figure = Figure(figsize=(7.5, 2.8))
+        figure = Figure(figsize=(7.5, 3.2))
         height, radius = figure.subplots(1, 2)
         for (solver, flow), film in found.items():
             label = f"{TITLES[solver]}, {TITLES[flow]}"
@@ -111,9 +111,9 @@ def draw_curves(places: Sequence[Any], options: Any, path: Path) -> dict[str, fl
         radius.set_ylabel("mean radius (units)")
         for axes in (height, radius):
             axes.set_xlabel("time of the liquid (ms)")
-        figure.legend(*height.get_legend_handles_labels(), loc="upper center", ncols=4,
+        figure.legend(*height.get_legend_handles_labels(), loc="upper center", ncols=2,
                       frameon=False)  # fmt: skip
-        figure.tight_layout(rect=(0, 0, 1, 0.92))
+        figure.tight_layout(rect=(0, 0, 1, 0.86))
         figure.savefig(path, dpi=150)
     size = max(facts_of(places[0])["size"])
     report = {}
