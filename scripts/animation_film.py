@@ -189,7 +189,7 @@ def save_strip(places: Sequence[Any], options: Any, path: Path) -> None:
             picture = Image.open(picture_path(place, number)).convert("RGB")
             title = f"{TITLES[place.flow]}, {number * FRAME_MS:.0f} ms"
             pictures.append(titled(picture, title))
-    contact_sheet(pictures, STRIP).save(path, quality=85, method=6)
+    contact_sheet(pictures, STRIP).save(path, quality=90, method=6)
 
 
 def save_animation(places: Sequence[Any], options: Any, path: Path) -> None:
@@ -209,6 +209,6 @@ def save_animation(places: Sequence[Any], options: Any, path: Path) -> None:
         )
     lengths = [SHOWN_MS * 6, *[SHOWN_MS] * (len(frames) - 2), SHOWN_MS * 8]
     frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=lengths, loop=0, quality=82,
+        path, save_all=True, append_images=frames[1:], duration=lengths, loop=0, quality=90,
         method=6,
     )  # fmt: skip
