@@ -35,6 +35,9 @@ FAR, INSET, NEAR = 60.0, 0.1, 0.04
 """Where the still liquid around what was simulated ends, how far it reaches over that, and how high
 the ripples of the pool are there at most, Blender units. What is higher is splash."""
 
+ABOVE = 0.0005
+"""Units by which it is higher than the pool: two surfaces in one place show black specks."""
+
 
 class Shore(NamedTuple):
     """The still liquid around what was simulated: from where on ``(2,)``, and how high it is."""
@@ -70,7 +73,7 @@ class Shore(NamedTuple):
         inner = [(left, front), (right, front), (right, back), (left, back)]
         mesh = bpy.data.meshes.new("Shore")
         mesh.from_pydata(
-            [(float(x), float(y), self.height) for x, y in outer + inner], [],
+            [(float(x), float(y), self.height + ABOVE) for x, y in outer + inner], [],
             [(n, (n + 1) % 4, 4 + (n + 1) % 4, 4 + n) for n in range(4)],
         )  # fmt: skip
         mesh.materials.append(material)
