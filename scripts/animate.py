@@ -152,7 +152,7 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--frames", type=int, default=FRAMES)
     parser.add_argument("--cells", type=int, default=96, help="of Mantaflow's domain")
     parser.add_argument("--resolution", default="96", help="of our solver, cells of the splash")
-    parser.add_argument("--samples", type=int, default=16, help="of Cycles, per pixel")
+    parser.add_argument("--samples", type=int, default=12, help="of Cycles, per pixel")
     parser.add_argument("--size", type=int, nargs=2, default=(320, 240), metavar="PIXELS")
     parser.add_argument("--solvers", nargs="+", choices=SOLVERS, default=list(SOLVERS))
     parser.add_argument("--no-pictures", action="store_true", help="fill the cache, and no more")
