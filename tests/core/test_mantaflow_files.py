@@ -5,6 +5,7 @@ import gzip
 import resource
 import signal
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -182,6 +183,19 @@ def test_the_same_frame_twice_compares_as_equal(tmp_path):
     assert (found.volume, found.momentum) == pytest.approx((1, 1), abs=1e-6)
     with pytest.raises(CacheError, match="export the splash again"):
         compare(tmp_path, 2)
+
+
+def test_a_splash_at_rest_has_no_velocity_to_compare(tmp_path):
+    start = ball(drops=())
+    start.liquid.velocity[:] = 0
+    settings = MantaflowSettings(resolution=40)
+    first = first_frame(start, Domain.around(start, settings), settings)
+    write_frame(tmp_path, first, Timing(1, 24.0, 1.0))
+    falling = replace(first, faces=first.faces - np.float32(1))
+    write_frame(tmp_path, falling, Timing(2, 24.0, 1.0))
+    found = compare(tmp_path, 1)
+    assert found.is_still and found.is_good
+    assert str(found) == "No velocity to compare: the splash was at rest. Volume 100.0%"
 
 
 def test_too_thin_or_too_near_the_sides_is_said():

@@ -11,6 +11,9 @@ import numpy as np
 from .cache_files import data_path, read_grid, read_particles
 from .first_frame import BAND, SAMPLES
 
+STILL = 1e-6
+"""RMS speed, cells per unit of Mantaflow's time, below which a splash is at rest."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -23,6 +26,7 @@ class Comparison:
     error : RMS of the difference over the RMS of ours
     momentum : of the liquid, over that of the splash along its direction
     volume : of the liquid, over that of the splash
+    is_still : whether the splash had no velocity; then only ``volume`` says something
     """
 
     slope: float
@@ -30,13 +34,18 @@ class Comparison:
     error: float
     momentum: float
     volume: float
+    is_still: bool = False
 
     @property
     def is_good(self) -> bool:
         """Whether the solver goes on from the splash."""
+        if self.is_still:
+            return 0.9 < self.volume < 1.1
         return 0.95 <= self.slope <= 1.05 and self.correlation > 0.95 and 0.9 < self.volume < 1.1
 
     def __str__(self) -> str:
+        if self.is_still:
+            return f"No velocity to compare: the splash was at rest. Volume {self.volume:.1%}"
         return (
             f"Slope {self.slope:.3f}, R² {self.correlation:.3f}, error {self.error:.1%}, "
             f"momentum {self.momentum:.1%}, volume {self.volume:.1%}"
@@ -72,7 +81,8 @@ def compare(
     mass_after, moment_after = carried(cache, frame + 1, after, solved)
     moment_after = moment_after - mass_after * np.asarray(fall)
     momentum = float(moment @ moment_after) / max(float(moment @ moment), 1e-30)
-    return Comparison(slope, correlation, error, momentum, mass_after / max(mass, 1e-30))
+    still = square <= STILL**2 * len(own)
+    return Comparison(slope, correlation, error, momentum, mass_after / max(mass, 1e-30), still)
 
 
 def carried(
