@@ -160,10 +160,10 @@ def rehearse(report: Report = silent) -> None:
 def useful_precisions() -> list[str]:
     """List the number formats that are not much slower here than others, the fastest last."""
     load_torch()
-    from .generator.precision import PRECISIONS, known_fastest, seconds
+    from .generator.precision import known_fastest, measure_all
 
     known_fastest("cpu")  # the first splash need not measure it
-    taken = {name: seconds("cpu", name, repeats=1) for name in PRECISIONS}
+    taken = measure_all("cpu", silent)
     most = SLOWEST * taken["float32"]
     return sorted((name for name in taken if taken[name] <= most), key=lambda n: -taken[n])
 

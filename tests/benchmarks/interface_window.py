@@ -31,8 +31,9 @@ from liquid_splash_addon.blender.jobs import scheduler, work_queue
 from liquid_splash_addon.blender.ui.queued_operator import QueuedOperator
 from liquid_splash_addon.core import compiled_code
 from liquid_splash_addon.core.sketch.presets import example_sketch
+from tests.blender.running_scripts import Condition, run
 from tests.blender.sketching import add_sketch
-from tests.blender.window_script import Condition, idle, press, run
+from tests.blender.window_script import idle, press
 
 NAP = 0.001
 """Seconds between two looks at Python's lock."""

@@ -14,7 +14,7 @@ import bpy
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import work_queue
-from tests.blender.window_script import Condition, run
+from tests.blender.running_scripts import Condition, run
 
 FOLDER = Path(sys.argv[-1])
 

@@ -22,7 +22,8 @@ from liquid_splash_addon.blender.ui.simulate_panel import (
     SPLASH_PT_simulation,
     SPLASH_PT_simulation_more,
 )
-from tests.blender.window_script import GENERATOR, Condition, draw, idle, key, press, run, splashes
+from tests.blender.running_scripts import Condition, run
+from tests.blender.window_script import GENERATOR, draw, idle, key, press, splashes
 
 PICTURES = sys.argv[-1] if sys.argv[-1] != "--" else ""
 

@@ -22,8 +22,9 @@ import liquid_splash_addon
 from liquid_splash_addon.blender.data.model import is_model
 from liquid_splash_addon.blender.data.properties import is_splash
 from liquid_splash_addon.blender.jobs import compose, loaded_generator, refine, work_queue
+from tests.blender.running_scripts import Condition, run
 from tests.blender.sketching import add_sketch, fan, line
-from tests.blender.window_script import GENERATOR, Condition, key, press, run
+from tests.blender.window_script import GENERATOR, key, press
 
 KINDS = ("DROPLETS", "RUPTURES", "WAVES", "CLEANUP")
 OBJECTS_MOST = 10

@@ -12,7 +12,6 @@ import signal
 import subprocess
 import sys
 import time
-import traceback
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from liquid_splash_addon.blender.ui import vr_panel
 from liquid_splash_addon.core.sketch import speed_colours
 from liquid_splash_addon.core.sketch.strokes import arc_length
 from tests.blender.monado import Hand
+from tests.blender.running_scripts import run
 from tests.blender.sketching import SIZE, TubeGenerator, splashes
 from tests.blender.vr_hands import (
     LEFT,
@@ -355,29 +355,11 @@ def everything(names: Sequence[str]) -> Steps:
     print(f"vr: steps {np.median(STEPS) * 1e3:.2f} ms, longest {longest}", flush=True)
 
 
-def run(script: Steps) -> Callable[[], float | None]:
-    """Return a timer callback that takes ``script`` through its steps, then ends Blender."""
-    condition: Condition = lambda: True  # noqa: E731
-    since = time.monotonic()
-
-    def resume() -> float | None:
-        nonlocal condition, since
-        try:
-            if condition():
-                condition, since = next(script), time.monotonic()
-            assert time.monotonic() - since < PATIENCE, "nothing happens"
-        except StopIteration:
-            print("vr: works", flush=True)
-            os._exit(0)
-        except BaseException:
-            traceback.print_exc()
-            print("hands:", HANDS.last, flush=True)
-            if vr_drawing.current() is not None:
-                print("poses:", vr_drawing.current().poses, flush=True)
-            os._exit(1)
-        return 0.002
-
-    return resume
+def explain() -> None:
+    """Say where hands and poses were when the script failed."""
+    print("hands:", HANDS.last, flush=True)
+    if vr_drawing.current() is not None:
+        print("poses:", vr_drawing.current().poses, flush=True)
 
 
 if __name__ == "__main__":
@@ -390,4 +372,6 @@ if __name__ == "__main__":
     bpy.context.preferences.view.show_splash = False
     vr_drawing.DrawingSession.step = timed(vr_drawing.DrawingSession.step)
     HANDS = Hands()
-    bpy.app.timers.register(run(everything(words)), first_interval=0.5, persistent=True)
+    bpy.app.timers.register(
+        run(everything(words), "vr", PATIENCE, 0.002, explain), first_interval=0.5, persistent=True
+    )

@@ -5,11 +5,9 @@ Steps are a generator that yields conditions; a timer resumes it once the condit
 that Blender's main loop, and with it the modal operators, goes on between them.
 """
 
-import os
 import sys
 import time
-import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -29,12 +27,8 @@ from liquid_splash_addon.blender.jobs import (
 )
 from liquid_splash_addon.blender.scene.sketch import add_strokes
 from liquid_splash_addon.blender.scene.targets import Target
+from tests.blender.running_scripts import Condition, run
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
-
-PATIENCE = 240.0
-"""Seconds until a condition that does not come true is a failure."""
-
-Condition = Callable[[], bool]
 
 
 class SlowGenerator(TubeGenerator):
@@ -363,29 +357,6 @@ def everything() -> Iterator[Condition]:
     yield from in_flight()
     yield from mistaken()
     yield from joining()
-
-
-def run(script: Iterator[Condition]) -> Callable[[], float | None]:
-    """Return a timer callback that takes ``script`` through its steps, then ends Blender."""
-    condition: Condition = lambda: True  # noqa: E731
-    since = time.monotonic()
-
-    def resume() -> float | None:
-        nonlocal condition, since
-        try:
-            if condition():
-                condition, since = next(script), time.monotonic()
-            assert time.monotonic() - since < PATIENCE, "nothing happens"
-        except StopIteration:
-            print("window: works", flush=True)
-            os._exit(0)
-        except BaseException:
-            traceback.print_exc()
-            sys.stderr.flush()
-            os._exit(1)
-        return 0.1
-
-    return resume
 
 
 if __name__ == "__main__":

@@ -127,15 +127,15 @@ def compute(task: ExportTask, report: Report) -> Exported:
 
 def stage(task: ExportTask, start: SolverStart, report: Report) -> Exported:
     """Write the frame of a start beside the cache, see :func:`compute`."""
+    from ...core.animation.solver_start import in_real_time
     from ...core.mantaflow.cache_files import Timing, write_frame
     from ...core.mantaflow.domain import TIME_UNIT, Domain, check_memory
     from ...core.mantaflow.first_frame import first_frame
-    from ...core.scale import GRAVITY
 
     domain = Domain.around(start, task.settings)
     check_memory(domain)
     scale = start.world.scale
-    gravity = task.settings.gravity * GRAVITY / scale.length
+    gravity = task.settings.gravity * in_real_time(start.world).scale.gravity
     if np.any(task.gravity) and abs(gravity) > task.weight_limit:
         raise SceneError(
             f"The splash is so large in the scene that its gravity, {gravity:.0f} units/s², is "

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -135,13 +134,3 @@ def content_of(path: Path, drawings: Sequence[Drawing], scale: float) -> bytes:
         for drawing in drawings
     ]
     return file_bytes(path, in_metres)
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file as a whole, or leave what was there as it was. Raises OSError."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_bytes(content)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)

@@ -14,8 +14,8 @@ import bpy
 import numpy as np
 
 from ..data import opened_files
-from .mesh_object import read_triangles
 from .objects import Handle
+from .obstacles import shown_triangles
 
 NAME = "Splash Obstacles (temporary)"
 MARK = "splash_obstacles_only"
@@ -116,10 +116,7 @@ class Sampler:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return vertices ``(n, 3)`` where they are wanted, and triangles ``(m, 3)``."""
         shown = item.evaluated_get(graph)
-        try:
-            vertices, faces = read_triangles(shown.to_mesh())
-        finally:
-            shown.to_mesh_clear()
+        vertices, faces = shown_triangles(shown)
         place = self._to_splash @ np.array(shown.matrix_world)
         points = vertices @ place[:3, :3].T + place[:3, 3]
         return points.astype(np.float32), faces

@@ -58,14 +58,18 @@ def solids(
             yield item
 
 
+def shown_triangles(shown: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """Read the vertices ``(n, 3)`` of an evaluated object, in its space, and its triangles."""
+    try:
+        return read_triangles(shown.to_mesh())
+    finally:
+        shown.to_mesh_clear()
+
+
 def evaluated_mesh(
     item: bpy.types.Object, graph: bpy.types.Depsgraph
 ) -> tuple[np.ndarray, np.ndarray]:
     """Read an object's vertices ``(n, 3)`` in the world and its triangles ``(m, 3)``."""
-    shown = item.evaluated_get(graph)
-    try:
-        vertices, faces = read_triangles(shown.to_mesh())
-    finally:
-        shown.to_mesh_clear()
+    vertices, faces = shown_triangles(item.evaluated_get(graph))
     matrix = np.array(item.matrix_world)
     return vertices @ matrix[:3, :3].T + matrix[:3, 3], faces

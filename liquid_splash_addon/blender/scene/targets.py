@@ -8,7 +8,7 @@ from typing import NamedTuple
 import bpy
 
 from ..data import index
-from ..data.model import active_part
+from ..data.model import active_part, is_model
 from ..data.properties import STROKE_TYPES, is_splash
 
 
@@ -82,6 +82,12 @@ def shown_splash(context: bpy.types.Context) -> bpy.types.Object | None:
         return part
     target = find_target(context)
     return target.splash if target is not None else None
+
+
+def shown_liquid(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Find the model or splash that the panels show: the active model, else the shown splash."""
+    active = context.active_object
+    return active if is_model(active) else shown_splash(context)
 
 
 def splash_of(

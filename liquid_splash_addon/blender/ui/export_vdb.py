@@ -15,7 +15,7 @@ from ..jobs import solver_start
 from ..jobs.work_queue import Work
 from ..scene.objects import Handle, SceneError
 from ..scene.openvdb import load_openvdb
-from .motion_operators import moving_item
+from ..scene.targets import shown_liquid
 from .queued_operator import QueuedOperator
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class SPLASH_OT_export_vdb(QueuedOperator, bpy.types.Operator):
         """Whether there is a splash or a model, and no other run."""
         if not cls.is_free():
             return False
-        if moving_item(context) is None:
+        if shown_liquid(context) is None:
             cls.poll_message_set("Select a splash or a model, or the sketch of a splash")
             return False
         return True
@@ -45,7 +45,7 @@ class SPLASH_OT_export_vdb(QueuedOperator, bpy.types.Operator):
         """Ask for the file; with one, write it while Blender stays usable."""
         if self.filepath:
             return super().invoke(context, event)
-        name = bpy.path.clean_name(moving_item(context).name)
+        name = bpy.path.clean_name(shown_liquid(context).name)
         self.filepath = bpy.path.ensure_ext(name, ".vdb")
         if bpy.data.filepath:
             self.filepath = str(Path(bpy.data.filepath).parent / self.filepath)
@@ -63,7 +63,7 @@ class SPLASH_OT_export_vdb(QueuedOperator, bpy.types.Operator):
 
     def begin(self, context: bpy.types.Context) -> None:
         """Take note of the object and the file."""
-        item = moving_item(context)
+        item = shown_liquid(context)
         if not self.filepath:
             raise SceneError("Give a file to write to")
         self._item = Handle.of(item)

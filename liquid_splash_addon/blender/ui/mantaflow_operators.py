@@ -9,22 +9,17 @@ from uuid import uuid4
 
 import bpy
 
-from ..data.model import is_model
 from ..jobs import bake_mantaflow, export_mantaflow
 from ..jobs.work_queue import Work
 from ..scene import fluid_domain
 from ..scene.objects import Handle, SceneError
-from ..scene.targets import shown_splash
+from ..scene.targets import shown_liquid
 from .queued_operator import QueuedOperator
 
 
 def exported_item(context: bpy.types.Context) -> bpy.types.Object | None:
     """Find the splash or model that is meant: of the active domain, the model, the splash."""
-    active = context.active_object
-    source = fluid_domain.source_of(active)
-    if source is not None:
-        return source
-    return active if is_model(active) else shown_splash(context)
+    return fluid_domain.source_of(context.active_object) or shown_liquid(context)
 
 
 def shown_domain(context: bpy.types.Context) -> bpy.types.Object | None:

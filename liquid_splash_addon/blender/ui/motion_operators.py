@@ -5,16 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..data.model import is_model
 from ..scene import ballistics, motion, two_poses
 from ..scene.objects import select_only
-from ..scene.targets import shown_splash
-
-
-def moving_item(context: bpy.types.Context) -> bpy.types.Object | None:
-    """Find the model or splash whose motion is shown: the active model, else the shown splash."""
-    active = context.active_object
-    return active if is_model(active) else shown_splash(context)
+from ..scene.targets import shown_liquid
 
 
 class MotionOperator:
@@ -25,7 +18,7 @@ class MotionOperator:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there is a splash or a model that can be changed."""
-        item = moving_item(context)
+        item = shown_liquid(context)
         if item is None:
             cls.poll_message_set("Select a splash or a model, or the sketch of a splash")
         elif not item.is_editable:
@@ -48,7 +41,7 @@ class SPLASH_OT_ballistic_preview(MotionOperator, bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the modifier to mesh and drops."""
-        item = moving_item(context)
+        item = shown_liquid(context)
         if motion.scale_of(item) is None:
             self.report({"ERROR"}, f"'{item.name}' has no liquid yet: generate it first")
             return {"CANCELLED"}
@@ -65,7 +58,7 @@ class SPLASH_OT_ballistic_remove(MotionOperator, bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Remove the modifiers."""
-        motion.end_preview(moving_item(context))
+        motion.end_preview(shown_liquid(context))
         return {"FINISHED"}
 
 
@@ -81,7 +74,7 @@ class SPLASH_OT_two_pose_mesh(MotionOperator, bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Make the object."""
-        item = moving_item(context)
+        item = shown_liquid(context)
         velocity = item.data.attributes.get("velocity")
         if item.mode == "EDIT" or velocity is None or not len(velocity.data):
             self.report({"ERROR"}, f"'{item.name}' has no velocity to read: leave Edit Mode, or "

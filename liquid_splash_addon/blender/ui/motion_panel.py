@@ -8,6 +8,7 @@ import bpy
 from ...core.settings import MotionSettings
 from ..data.properties import to_settings
 from ..scene import ballistics
+from ..scene.targets import shown_liquid
 from . import motion_operators as operators
 from .export_vdb import SPLASH_OT_export_vdb
 from .panels import SplashPanel, settings_column
@@ -24,7 +25,7 @@ class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Show whose motion it is, its speed, the preview, and the scene's motion blur."""
         layout = self.layout
-        item = operators.moving_item(context)
+        item = shown_liquid(context)
         if item is None:
             layout.label(text="For new splashes", icon="SCENE_DATA")
         else:

@@ -32,14 +32,14 @@ def liquid_of(item: bpy.types.Object | None) -> bpy.types.Object | None:
     return owner if owner is not None and (is_splash(owner) or is_model(owner)) else None
 
 
-def shown_liquid(context: bpy.types.Context) -> bpy.types.Object | None:
-    """Find the splash or model that the simulation's panel shows."""
+def simulated_item(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Find the splash or model that is meant: that of the active drops or motion too."""
     return liquid_of(context.active_object) or shown_splash(context)
 
 
 def wanted(context: bpy.types.Context) -> list[bpy.types.Object]:
     """List the splashes and models that are selected, the active one first."""
-    found = [shown_liquid(context), *map(liquid_of, context.selected_objects)]
+    found = [simulated_item(context), *map(liquid_of, context.selected_objects)]
     return list(dict.fromkeys(item for item in found if item is not None))
 
 
@@ -51,7 +51,7 @@ class LiquidOperator(QueuedOperator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there is a splash, and no other run."""
-        if shown_liquid(context) is None:
+        if simulated_item(context) is None:
             cls.poll_message_set("Select a splash or a model")
             return False
         return cls.is_free()
@@ -156,7 +156,7 @@ class SPLASH_OT_simulation_delete(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there are frames, and no run."""
-        item = shown_liquid(context)
+        item = simulated_item(context)
         if item is None or not item.splash_simulation.folder:
             cls.poll_message_set("The splash has no simulated frames")
             return False
@@ -170,7 +170,7 @@ class SPLASH_OT_simulation_delete(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Delete the files, unless copies play them too, and what plays them."""
-        item = shown_liquid(context)
+        item = simulated_item(context)
         record, folder = item.splash_simulation, frame_folder.folder_of(item)
         if not item.is_editable:
             self.report(
@@ -204,11 +204,11 @@ class SPLASH_OT_simulation_keep(LiquidOperator, bpy.types.Operator):
         if not bpy.data.filepath:
             cls.poll_message_set("Save the file first")
             return False
-        return frame_folder.is_temporary(shown_liquid(context).splash_simulation.folder)
+        return frame_folder.is_temporary(simulated_item(context).splash_simulation.folder)
 
     def begin(self, context: bpy.types.Context) -> None:
         """Take note of the folders."""
-        item = shown_liquid(context)
+        item = simulated_item(context)
         self._item, self._folder = Handle.of(item), frame_folder.folder_for(item)
         self._before = frame_folder.folder_of(item)
         self._after = frame_folder.absolute(item, self._folder)

@@ -28,12 +28,12 @@ class SPLASH_PT_simulation(SplashPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there is a splash or a model."""
-        return operators.shown_liquid(context) is not None
+        return operators.simulated_item(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the settings in the order of their use, the button, and the result."""
         layout = self.layout
-        item = operators.shown_liquid(context)
+        item = operators.simulated_item(context)
         record = item.splash_simulation
         settings = record.settings
         column = settings_column(layout)
@@ -55,11 +55,11 @@ class SPLASH_PT_simulation_more(SplashPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether there is a splash or a model."""
-        return operators.shown_liquid(context) is not None
+        return operators.simulated_item(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show forces, steps, and what is evaluated on every frame."""
-        record = operators.shown_liquid(context).splash_simulation
+        record = operators.simulated_item(context).splash_simulation
         settings, column = record.settings, settings_column(self.layout)
         row = column.row(heading="Gravity")
         row.prop(settings, "gravity", text="")

@@ -17,6 +17,7 @@ from bpy.props import BoolProperty, CollectionProperty, FloatProperty, StringPro
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ...core.stroke_files.reading import KINDS
+from ...core.whole_file import write_whole
 from ..jobs import stroke_files
 from ..jobs.work_queue import Work
 from ..scene import targets
@@ -182,7 +183,7 @@ class SPLASH_OT_export_strokes(ExportSettings, QueuedOperator, bpy.types.Operato
 
     def write_result(self, count: int, warnings: list[str], content: bytes) -> None:
         """Write the file and say what is in it."""
-        stroke_files.replace_file(self._path, content)
+        write_whole(self._path, content)
         self.report({"INFO"}, f"{self._path.name}: {count:,} strokes")
         for line in warnings:
             self.report({"WARNING"}, line)

@@ -3,10 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -16,6 +12,7 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..liquid.level_set import wider
 from ..sketch.local_frame import Frame
+from ..whole_file import whole_file
 from .solver_start import SolverStart
 
 SURFACE, VELOCITY = "surface", "velocity"
@@ -56,6 +53,8 @@ def write_vdb(openvdb: ModuleType, path: Path, start: SolverStart) -> None:
         grid.transform = transform
     with whole_file(path) as unfinished:
         openvdb.write(str(unfinished), [surface, velocity])
+        if not unfinished.stat().st_size:  # OpenVDB does not always say so
+            raise OSError(f"Nothing could be written to {path.parent}")
 
 
 def index_to_world(grid: Grid, world: Frame) -> np.ndarray:
@@ -69,18 +68,3 @@ def index_to_world(grid: Grid, world: Frame) -> np.ndarray:
     matrix[:3, :3] = points[1:] - points[0]
     matrix[3, :3] = points[0]
     return matrix
-
-
-@contextlib.contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Give the name of a file beside ``path`` that takes its place at the end, if all went well."""
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=path.suffix)
-    os.close(handle)
-    unfinished = Path(name)
-    try:
-        yield unfinished
-        if not unfinished.stat().st_size:
-            raise OSError(f"Nothing could be written to {path.parent}")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)

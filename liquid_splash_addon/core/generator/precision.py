@@ -104,10 +104,11 @@ def once(layers: torch.nn.Module, device: str, dtype: torch.dtype, side: int) ->
 
 def measure_all(device: str, report: Report) -> dict[str, float]:
     """Return the least time of a convolution in each of PRECISIONS, as :func:`seconds` does."""
-    found = {}
+    found: dict[str, float] = {}
     for number, name in enumerate(PRECISIONS):
         report(f"Measuring {name} on {device}", number / len(PRECISIONS))
-        found[name] = seconds(device, name)
+        usual = found.get("float32")
+        found[name] = seconds(device, name, most=HOPELESS if usual is None else bearable(usual))
     return found
 
 
@@ -126,8 +127,15 @@ def fastest_in_use(device: str) -> str:
 
 def pays(device: str, precision: str, usual: float) -> bool:
     """Return whether a format takes so much less than ``usual`` seconds that it is worth it."""
-    most = min(HOPELESS, max(NEGLIGIBLE, SLOWER * usual))
-    return seconds(device, precision, most=most) < WORTHWHILE * usual
+    return seconds(device, precision, most=bearable(usual)) < WORTHWHILE * usual
+
+
+def bearable(usual: float) -> float:
+    """Return from how many seconds, roughly measured, a format is not measured to the end.
+
+    usual : what 32 bits take.
+    """
+    return min(HOPELESS, max(NEGLIGIBLE, SLOWER * usual))
 
 
 def known_fastest(device: str) -> str:

@@ -31,9 +31,10 @@ from ..simulation.frames import frames_done, read_frame, read_manifest
 from ..simulation.start import Frame as SimulatedFrame
 from ..simulation.start import MovingObstacle
 from ..sketch.local_frame import Frame
+from ..whole_file import whole_file, write_whole
 from .files import FILE, MANIFEST, STATE
 from .flying_drops import FlyingDrops, Surroundings, advance
-from .ply import ply_bytes, write_whole
+from .ply import ply_bytes
 
 VERSION = 3
 """Of what is written: another one is made anew."""
@@ -147,10 +148,8 @@ class Player:
 
     def _remember(self) -> None:
         """Keep what the next frame goes on from."""
-        state = self.folder / STATE
-        aside = state.with_name("played.part.npz")
-        np.savez(aside, frames=np.array(self.done), **self.drops._asdict())
-        aside.replace(state)
+        with whole_file(self.folder / STATE) as beside, beside.open("wb") as file:
+            np.savez(file, frames=np.array(self.done), **self.drops._asdict())
         text = json.dumps({"key": self._key, "frames": self.done, "left": self.left})
         write_whole(self.folder / MANIFEST, text.encode())
 

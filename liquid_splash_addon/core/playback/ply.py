@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 
 from ..composition.drops import Drops
@@ -51,14 +48,3 @@ def header(vertices: int, faces: int) -> bytes:
         "end_header",
     ]
     return "".join(f"{line}\n" for line in lines).encode()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that is never there in part, whenever it is interrupted. Raises OSError."""
-    aside = path.with_name(path.name + ".part")
-    try:
-        aside.write_bytes(content)
-        os.replace(aside, path)
-    except OSError:
-        aside.unlink(missing_ok=True)
-        raise

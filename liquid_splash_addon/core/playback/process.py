@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from ..simulation import process
+from ..whole_file import write_whole
 from .playback import Playback, Player
-from .ply import write_whole
 
 Say = Callable[..., None]
 

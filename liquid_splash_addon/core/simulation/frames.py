@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..mesh.mesh import Mesh
+from ..whole_file import write_whole
 from .start import Frame, LooseDrops
 
 VERSION = 1
@@ -43,7 +43,7 @@ def write_frame(folder: Path, index: int, frame: Frame) -> None:
         "drops": np.column_stack(frame.drops).astype(np.float32),
         "left": np.array(frame.left),
     }
-    write_whole(frame_path(folder, index), packed(arrays, 1))
+    write_saying(frame_path(folder, index), packed(arrays, 1))
 
 
 def read_frame(folder: Path | str, index: int) -> Frame:
@@ -90,7 +90,7 @@ def read_manifest(folder: Path | str) -> dict[str, Any]:
 def write_manifest(folder: Path, values: Mapping[str, Any]) -> None:
     """Write the manifest. Raises OSError with a sentence that says what to do."""
     text = json.dumps({"version": VERSION, **values}, indent=1)
-    write_whole(folder / MANIFEST, text.encode())
+    write_saying(folder / MANIFEST, text.encode())
 
 
 def packed(arrays: Mapping[str, np.ndarray], level: int) -> bytes:
@@ -110,18 +110,12 @@ def unpacked(path: Path) -> dict[str, np.ndarray]:
         return {name: stored[name] for name in stored.files}
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file in one go. Raises OSError with a sentence that says what to do."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}.part")
+def write_saying(path: Path, content: bytes) -> None:
+    """Write a file in whole. Raises OSError with a sentence that says what to do."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(content)
-        os.replace(beside, path)
+        write_whole(path, content)
     except OSError as error:
-        try:
-            beside.unlink(missing_ok=True)
-        except OSError:
-            pass
         raise OSError(
             error.errno,
             f"The simulation cannot be written ({error.strerror}): make room, or choose a "

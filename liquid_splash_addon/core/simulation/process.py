@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .frames import UNREADABLE, frames_done, packed, unpacked, write_whole
+from .frames import UNREADABLE, frames_done, packed, unpacked, write_saying
 from .run import run
 from .settings import SimulationSettings
 from .start import Start
@@ -35,7 +35,7 @@ def write_job(path: Path | str, start: Start, settings: SimulationSettings, fold
     """Write a job's file (.npz). folder : where its frames go. Raises OSError."""
     order = json.dumps({"settings": asdict(settings), "folder": folder})
     arrays = {"order": np.array(order), **start.to_arrays()}
-    write_whole(Path(path), packed(arrays, 1))
+    write_saying(Path(path), packed(arrays, 1))
 
 
 def read_job(path: Path | str) -> tuple[Start, SimulationSettings, str]:

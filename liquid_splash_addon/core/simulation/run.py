@@ -26,7 +26,7 @@ from .frames import (
     unpacked,
     write_frame,
     write_manifest,
-    write_whole,
+    write_saying,
 )
 from .scene import Scene, prepare
 from .settings import SimulationSettings
@@ -122,7 +122,7 @@ def keep(folder: Path, index: int, liquid: Liquid, scene: Scene) -> None:
     state = liquid.particles._asdict() | {
         "clock": np.array([liquid.time, liquid.emitted], dtype=np.float64)
     }
-    write_whole(particles_path(folder, index), packed(state, 0))
+    write_saying(particles_path(folder, index), packed(state, 0))
     write_frame(folder, index, frame_of(liquid, scene))
     particles_path(folder, index - 1).unlink(missing_ok=True)
 

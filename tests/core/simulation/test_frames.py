@@ -21,7 +21,7 @@ from liquid_splash_addon.core.simulation.frames import (
     frames_done,
     read_frame,
     read_manifest,
-    write_whole,
+    write_saying,
 )
 from liquid_splash_addon.core.simulation.process import read_job, work, write_job
 from liquid_splash_addon.core.simulation.run import particles_path, run, run_key
@@ -147,7 +147,7 @@ def test_a_full_disk_gets_a_sentence(monkeypatch, tmp_path):
     real = Path.write_bytes
     monkeypatch.setattr(Path, "write_bytes", lambda path, data: real(Path("/dev/full"), data))
     with pytest.raises(OSError, match="make room"):
-        write_whole(tmp_path / "frame", b"data" * 10_000)
+        write_saying(tmp_path / "frame", b"data" * 10_000)
     assert not list(tmp_path.iterdir())
 
 
