@@ -63,6 +63,7 @@ from .ui import (
     simulate_panel,
     sketch_presets,
     stroke_files,
+    stroke_tools,
     vr_panel,
 )
 
@@ -103,6 +104,7 @@ MODULES = (
     mantaflow_operators,
     export_vdb,
     panels,
+    stroke_tools,
     refinement_panel,
     model_panel,
     preferences_operators,
