@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-from liquid_splash_addon.blender.scene.grease_pencil import drawn_strokes, layer_matrix
+from liquid_splash_addon.blender.scene.grease_pencil import (
+    drawn_strokes,
+    layer_matrix,
+    read_drawings,
+)
 from liquid_splash_addon.blender.scene.sketch import add_strokes
 from liquid_splash_addon.blender.ui import stroke_tools
-from liquid_splash_addon.core.sketch.drawing import Drawing
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketch.drawing import Drawing, strokes_from_drawings
 from liquid_splash_addon.core.sketch.tools import TOOLS
 from tests.blender.drawing_panels import drawn
 from tests.blender.sketching import add_sketch, bend, fan, generate, line
@@ -300,3 +305,49 @@ def test_panel_and_menus_show_all_tools():
         assert f"splash.stroke_{name.lower()}" in said
     assert stroke_tools.SPLASH_PT_strokes.poll(bpy.context)
     assert len(stroke_tools.blender_menus()) >= 2
+
+
+def speeds(sketch: bpy.types.Object) -> list[np.ndarray]:
+    """Return the velocities along x that a splash of the sketch is made of."""
+    bpy.context.view_layer.update()
+    strokes, _ = strokes_from_drawings(read_drawings(sketch)[0], SplashSettings(real_size=0.0))
+    return [stroke.velocities[:, 0] for stroke in strokes]
+
+
+def test_strokes_remember_their_speed_through_tools_copies_and_files(tmp_path):
+    sketch = add_sketch([line((0, 0, z), (4, 0, z), 2.0) for z in range(3)])
+    bpy.ops.object.mode_set(mode="EDIT")
+    select(sketch, {1})
+    assert bpy.ops.splash.stroke_speed(multiplier=3.0) == {"FINISHED"}
+    np.testing.assert_allclose([v.mean() for v in speeds(sketch)], [2, 6, 2], rtol=1e-3)
+    select(sketch, {2})
+    bpy.ops.splash.stroke_speed(backward=True, start=2.0, middle=1.0, end=0.5)
+    slowing = -speeds(sketch)[2]
+    np.testing.assert_allclose(slowing[[0, -1]], [4, 1], rtol=1e-3)
+    select(sketch, {1, 2})
+    use("reverse")
+    assert speeds(sketch)[1].mean() < 0 < speeds(sketch)[2].mean()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    add_strokes(sketch, [line((0, 0, 5), (4, 0, 5), 2.0)])
+    np.testing.assert_allclose(speeds(sketch)[3], 2, rtol=1e-3)
+    expected, name = speeds(sketch), sketch.name
+    path = str(tmp_path / "speeds.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    with bpy.data.libraries.load(path) as (_, wanted):
+        wanted.objects = [name]
+    bpy.context.collection.objects.link(wanted.objects[0])
+    for one, other in zip(speeds(wanted.objects[0]), expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+
+
+def test_values_of_another_hand_are_held_within_limits():
+    sketch = add_sketch([line((0, 0, 0), (4, 0, 0), 2.0) for _ in range(3)])
+    drawing = drawing_of(sketch)
+    values = np.array([1e9, -5, np.nan], np.float32)
+    set_values(drawing, "splash_speed", "FLOAT", "CURVE", values)
+    found = [v.mean() for v in speeds(sketch)]
+    np.testing.assert_allclose(found, [200, 2, 2], rtol=1e-3)
+    drawing.attributes.remove(drawing.attributes["splash_speed"])
+    drawing.attributes.new("splash_speed", "INT", "POINT")
+    with pytest.raises(RuntimeError, match="of another type: remove it"):
+        bpy.ops.splash.stroke_speed(multiplier=3.0)

@@ -10,14 +10,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from liquid_splash_addon.core.settings import SplashSettings
-from liquid_splash_addon.core.sketch.drawing import Drawing, strokes_from_drawings
+from liquid_splash_addon.core.sketch.drawing import Drawing, backward, strokes_from_drawings
 from liquid_splash_addon.core.sketch.strokes import arc_length
 from liquid_splash_addon.core.sketch.tools import TOOLS
 from liquid_splash_addon.core.sketch.tools.evening import Resample, Reverse, smoothed_path
 from liquid_splash_addon.core.sketch.tools.filling import Fill
 from liquid_splash_addon.core.sketch.tools.lifting import Lift
 from liquid_splash_addon.core.sketch.tools.symmetry import Mirror, Spin
-from liquid_splash_addon.core.sketch.tools.tool import Derived, Place, backward, sampled_at
+from liquid_splash_addon.core.sketch.tools.tool import Derived, Place, sampled_at
 
 EXACT = {"dip": 0.0, "lean": 0.0, "variation": 0.0}
 SOMEWHERE = Place(

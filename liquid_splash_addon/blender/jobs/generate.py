@@ -68,7 +68,9 @@ class Request:
         """Identifies strokes, settings, obstacles and weights."""
         found = hashlib.sha256()
         for drawing in self.drawings:
-            for values in (drawing.points, drawing.times, drawing.pressures, drawing.speeds):
+            parts = (drawing.points, drawing.times, drawing.pressures, drawing.speeds)
+            # Not where there are none, so that splashes of older files are still known.
+            for values in parts if drawing.factors is None else (*parts, drawing.factors):
                 found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
         around = obstacles_key(self.obstacles, self.clearance) if self.obstacles else ()
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing, fault_of
+from ...core.sketch.flow import Flow
 from .grease_pencil import drawn_strokes, has_strokes, is_hidden, layer_matrix
 from .objects import SceneError
 from .raw_strokes import BEZIER, NURBS, RawStroke, read_attribute, to_drawing
@@ -28,12 +29,14 @@ class ChosenStroke(NamedTuple):
     layer : name of its layer; number : its place in the layer's drawing
     drawing : in the world; pressures are radii in the layer's own space
     points : how many the layer's drawing has of it; of a spline the drawing has more
+    flow : what the artist says of its speed; the drawing is as it was drawn
     """
 
     layer: str
     number: int
     drawing: Drawing
     points: int
+    flow: Flow
 
 
 def chosen_strokes(sketch: bpy.types.Object) -> tuple[list[ChosenStroke], list[str]]:
@@ -140,7 +143,9 @@ def read(sketch: bpy.types.Object, layer: Any, numbers: Any) -> Iterator[ChosenS
     strokes = list(drawn_strokes(layer))
     for number in numbers:
         stroke = strokes[number]
-        yield ChosenStroke(layer.name, number, open_drawing(stroke, matrix), len(stroke.points))
+        drawing = open_drawing(stroke, matrix)
+        flow = stroke.flow or Flow()
+        yield ChosenStroke(layer.name, number, drawing, len(stroke.points), flow)
 
 
 def open_drawing(stroke: RawStroke, matrix: np.ndarray) -> Drawing:

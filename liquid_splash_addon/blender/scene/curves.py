@@ -22,6 +22,7 @@ from .raw_strokes import (
     POLY,
     RawStroke,
     drawings_with_pressure,
+    flowing,
     raw_strokes,
     rigid_matrix,
     to_drawing,
@@ -54,7 +55,8 @@ def read_drawings(
             warnings.append(
                 f"'{item.name}' has no curves after its modifiers and bevel: read without them"
             )
-    return drawings_with_pressure([to_drawing(stroke, matrix) for stroke in strokes]), warnings
+    drawings = [flowing(stroke, to_drawing(stroke, matrix)) for stroke in strokes]
+    return drawings_with_pressure(drawings), warnings
 
 
 def is_wire(mesh: bpy.types.Mesh | None) -> bool:

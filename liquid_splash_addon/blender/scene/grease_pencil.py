@@ -15,6 +15,7 @@ from .raw_strokes import (
     POLY,
     RawStroke,
     drawings_with_pressure,
+    flowing,
     raw_strokes,
     rigid_matrix,
     to_drawing,
@@ -47,7 +48,7 @@ def read_drawings(
             continue
         matrix = to_space @ layer_matrix(sketch, layer)
         for stroke in drawn_strokes(layer):
-            drawings.append(to_drawing(stroke, matrix))
+            drawings.append(flowing(stroke, to_drawing(stroke, matrix)))
     if skipped:
         warnings.append(f"Left out {skipped} hidden layer(s): show them to include them")
     return drawings_with_pressure(drawings), warnings

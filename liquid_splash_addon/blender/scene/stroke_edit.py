@@ -10,10 +10,12 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import tangents
+from ...core.sketch.flow import Flow
 from ...core.sketch.tools.tool import Derived
 from .chosen_strokes import ChosenStroke, bounds_of
 from .grease_pencil import layer_matrix
-from .raw_strokes import BEZIER, POLY, SPEED
+from .objects import SceneError
+from .raw_strokes import BACKWARD, BEZIER, MULTIPLIER, POLY, PROFILE, SPEED
 from .sketch import append_values
 
 FIELDS = ("value", "vector", "color")
@@ -106,6 +108,30 @@ def write_shapes(drawing: Any, before: int, matrix: np.ndarray, made: Sequence[D
             for stroke in strokes
         ]
         append_values(drawing, SPEED, before, np.concatenate(own))
+
+
+def write_flow(sketch: bpy.types.Object, chosen: Sequence[ChosenStroke], flow: Flow) -> None:
+    """Have strokes remember what the artist says of their speed."""
+    for name in dict.fromkeys(stroke.layer for stroke in chosen):
+        drawing = sketch.data.layers[name].current_frame().drawing
+        numbers = [stroke.number for stroke in chosen if stroke.layer == name]
+        for attribute, kind, value in (
+            (MULTIPLIER, "FLOAT", flow.multiplier),
+            (BACKWARD, "BOOLEAN", flow.backward),
+            (PROFILE, "FLOAT_VECTOR", flow.profile),
+        ):
+            known = drawing.attributes.get(attribute)
+            if known is not None and (known.domain, known.data_type) != ("CURVE", kind):
+                raise SceneError(
+                    f"Layer '{name}' has an attribute '{attribute}' of another type: remove it"
+                )
+            if known is None:
+                drawing.attributes.new(attribute, kind, "CURVE")
+            column = read_columns(drawing)[attribute]
+            column.values[numbers] = value
+            drawing.attributes[attribute].data.foreach_set(column.field, column.values.ravel())
+    sketch.data.update_tag()
+    sketch.update_tag()
 
 
 def read_columns(drawing: Any) -> dict[str, Column]:

@@ -10,12 +10,13 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty
 
+from ...core.sketch.flow import Flow
 from ...core.sketch.tools import TOOLS, StrokeTool
-from ..data.properties import settings_properties, to_settings
+from ..data.properties import assign_settings, settings_properties, to_settings
 from ..jobs.messages import sentence_for
 from ..jobs.work_queue import print_unexpected
 from ..scene.chosen_strokes import chosen_strokes
-from ..scene.stroke_edit import write_derived
+from ..scene.stroke_edit import write_derived, write_flow
 from ..scene.view_axes import PIVOTS, SPACES, place_for
 from .panels import SplashPanel
 
@@ -35,11 +36,10 @@ MENUS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_greasepencil_stroke", "VIEW3D_MT_pa
 """Blender's menus that get an entry, where they exist."""
 
 
-class StrokeToolOperator:
-    """What the operators of all tools share. It keeps times, thickness, materials and layers."""
+class StrokeOperator:
+    """What operators on strokes share: where they work, and what they say."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-    tool: type[StrokeTool]
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -67,7 +67,17 @@ class StrokeToolOperator:
         return {"FINISHED"}
 
     def apply(self, context: bpy.types.Context) -> tuple[str, list[str]]:
-        """Change the strokes; return what was done, and warnings."""
+        """Change the strokes; return what was done, and warnings. Raises ValueError with advice."""
+        raise NotImplementedError
+
+
+class StrokeToolOperator(StrokeOperator):
+    """What the operators of all tools share. They keep times, thickness, materials and layers."""
+
+    tool: type[StrokeTool]
+
+    def apply(self, context: bpy.types.Context) -> tuple[str, list[str]]:
+        """Put what the tool makes of the strokes in their place, or beside them."""
         sketch = context.active_object
         chosen, warnings = chosen_strokes(sketch)
         if len(chosen) < self.tool.fewest:
@@ -143,6 +153,42 @@ def draw_tools(layout: Any) -> None:
         layout.operator(operator.bl_idname, icon=ICONS[identifier])
 
 
+class SPLASH_OT_stroke_speed(StrokeOperator, bpy.types.Operator):
+    """Change how fast the liquid flows along strokes, and which way, without drawing them anew"""
+
+    bl_idname = "splash.stroke_speed"
+    bl_label = "Stroke Speed"
+    # Not remembered: the redo panel begins with what the strokes have.
+    __annotations__ = settings_properties(Flow, options={"SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Begin with what the first of the strokes has."""
+        try:
+            chosen, _ = chosen_strokes(context.active_object)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        assign_settings(self, chosen[0].flow)
+        return self.execute(context)
+
+    def apply(self, context: bpy.types.Context) -> tuple[str, list[str]]:
+        """Have the strokes remember it."""
+        chosen, warnings = chosen_strokes(context.active_object)
+        write_flow(context.active_object, chosen, to_settings(self, Flow))
+        return f"Speed of {len(chosen)} stroke(s) set", warnings
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """Show factor and direction, then the profile."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(self, "multiplier")
+        layout.prop(self, "backward")
+        column = layout.column(align=True)
+        for name in ("start", "middle", "end"):
+            column.prop(self, name)
+
+
 class SPLASH_MT_strokes(bpy.types.Menu):
     """Tools on the strokes of a splash's sketch"""
 
@@ -152,6 +198,8 @@ class SPLASH_MT_strokes(bpy.types.Menu):
     def draw(self, _context: bpy.types.Context) -> None:
         """Show the tools."""
         draw_tools(self.layout)
+        self.layout.separator()
+        self.layout.operator(SPLASH_OT_stroke_speed.bl_idname, icon="FORCE_WIND")
 
 
 class SPLASH_PT_strokes(SplashPanel, bpy.types.Panel):
@@ -171,6 +219,7 @@ class SPLASH_PT_strokes(SplashPanel, bpy.types.Panel):
         """Show the tools."""
         grid = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
         draw_tools(grid)
+        self.layout.operator(SPLASH_OT_stroke_speed.bl_idname, icon="FORCE_WIND")
 
 
 def draw_in_menu(self: Any, context: bpy.types.Context) -> None:
@@ -189,7 +238,7 @@ def blender_menus() -> list[Any]:
 
 register_classes: Callable[[], None]
 register_classes, unregister_classes = bpy.utils.register_classes_factory(
-    (*OPERATORS.values(), SPLASH_MT_strokes, SPLASH_PT_strokes)
+    (*OPERATORS.values(), SPLASH_OT_stroke_speed, SPLASH_MT_strokes, SPLASH_PT_strokes)
 )
 
 

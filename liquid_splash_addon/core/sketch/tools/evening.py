@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 
 from ...settings import setting
-from ..drawing import Drawing
+from ..drawing import Drawing, backward
 from ..strokes import arc_length
-from .tool import Derived, Place, StrokeTool, backward, moved_to, places_along, sampled_at
+from .tool import Derived, Place, StrokeTool, moved_to, places_along, sampled_at
 
 MOST_POINTS = 10_000
 """Points that a stroke may get."""

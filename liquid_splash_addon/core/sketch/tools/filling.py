@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...settings import setting
-from ..drawing import Drawing
-from .tool import Derived, Place, StrokeTool, backward, places_along, sampled_at
+from ..drawing import Drawing, backward
+from .tool import Derived, Place, StrokeTool, places_along, sampled_at
 
 Sampled = tuple[Drawing, np.ndarray]
 """A stroke with as many points as the others, and their places on it."""

@@ -131,16 +131,6 @@ def hastened(drawing: Drawing, factor: float) -> Drawing:
     )
 
 
-def backward(drawing: Drawing) -> Drawing:
-    """Return a drawing drawn the other way: at each place as fast as before."""
-
-    def turned(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else values[::-1]
-
-    times = None if drawing.times is None else drawing.times[-1] - drawing.times[::-1]
-    return Drawing(drawing.points[::-1], times, turned(drawing.pressures), turned(drawing.speeds))
-
-
 def size_of(strokes: Sequence[Drawing]) -> float:
     """Return the longest side of the box around all strokes, along the world's axes."""
     return float(np.ptp(np.concatenate([stroke.points for stroke in strokes]), axis=0).max())

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by test_first_sketch.py in a Blender with a window: a first sketch, drawn with the mouse.
+
+Words after ``--``: nothing, or a folder for pictures of each step, for which the splash is made by
+the real weights.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import bpy
+import numpy as np
+from bpy_extras.view3d_utils import region_2d_to_location_3d
+
+import liquid_splash_addon
+from liquid_splash_addon.blender.jobs import loaded_generator, work_queue
+from liquid_splash_addon.blender.scene.grease_pencil import drawn_strokes, read_drawings
+from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
+from liquid_splash_addon.core.sketch.strokes import arc_length
+from tests.blender.running_scripts import Condition, run
+from tests.blender.sketching import TubeGenerator, splashes
+
+PICTURES = Path(sys.argv[-1]).resolve() if sys.argv[-1] != "--" else None
+
+TICK = 0.02
+"""Seconds between two events of the mouse, if Blender is not busy."""
+
+Path2D = Callable[[float], tuple[float, float]]
+"""Where the mouse is, in pixels of the viewport from its middle, at a share of a stroke."""
+
+
+def viewport() -> tuple[Any, Any, Any]:
+    """Return window, area and region of the 3D viewport."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    return window, area, next(r for r in area.regions if r.type == "WINDOW")
+
+
+def press(name: str, **options: object) -> set[str]:
+    """Run an operator as its button does, in the 3D viewport."""
+    window, area, region = viewport()
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        space, operator = name.split(".")
+        return getattr(getattr(bpy.ops, space), operator)("INVOKE_DEFAULT", True, **options)
+
+
+def look(kind: str = "FRONT") -> None:
+    """Look along an axis, without perspective, and show nothing but the scene."""
+    window, area, region = viewport()
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.view3d.view_axis(type=kind)
+    space = area.spaces.active
+    space.region_3d.view_perspective = "ORTHO"
+    space.region_3d.view_location = (0, 0, 0.35)
+    space.region_3d.view_distance = 4.0
+
+
+def move(kind: str, value: str, place: tuple[float, float]) -> None:
+    """Send an event of the mouse, in pixels from the middle of the viewport."""
+    window, _, region = viewport()
+    x, y = (round(offset) for offset in place)
+    middle = region.x + region.width // 2, region.y + region.height // 2
+    window.event_simulate(kind, value, x=middle[0] + x, y=middle[1] + y)
+
+
+def draw_with_mouse(path: Path2D, seconds: float) -> Iterator[Condition]:
+    """Draw a stroke in so many seconds: where the hand is, the clock says."""
+    move("MOUSEMOVE", "NOTHING", path(0.0))
+    yield lambda: True
+    move("LEFTMOUSE", "PRESS", path(0.0))
+    begin = time.perf_counter()
+    while (share := (time.perf_counter() - begin) / seconds) < 1:
+        move("MOUSEMOVE", "NOTHING", path(share))
+        yield lambda: True
+    move("MOUSEMOVE", "NOTHING", path(1.0))
+    move("LEFTMOUSE", "RELEASE", path(1.0))
+    count = len(strokes())
+
+    def is_there() -> bool:
+        return len(strokes()) > count or share >= 1
+
+    yield is_there
+    yield lambda: True
+
+
+def strokes() -> list:
+    """Return the strokes of the active sketch's first layer."""
+    return list(drawn_strokes(bpy.context.active_object.data.layers[0]))
+
+
+def world_of(place: tuple[float, float]) -> np.ndarray:
+    """Return where a pixel, from the middle of the viewport, lies in the plane of the cursor."""
+    _, area, region = viewport()
+    pixel = (region.width // 2 + place[0], region.height // 2 + place[1])
+    cursor = bpy.context.scene.cursor.location
+    return np.array(region_2d_to_location_3d(region, area.spaces.active.region_3d, pixel, cursor))
+
+
+def show(name: str) -> Iterator[Condition]:
+    """Keep a picture of the window. Blender's own screenshot is black where a processor draws."""
+    if PICTURES is None:
+        return
+    for _ in range(20):
+        yield lambda: True
+    path = PICTURES / f"{name}.png"
+    subprocess.run(["import", "-window", "root", str(path)], check=True)
+
+
+def tall(share: float) -> tuple[float, float]:
+    """A profile of a crown: out of a ring, up and outwards."""
+    return 45 + 110 * share**1.3, -60 + 150 * np.sin(share * np.pi / 2)
+
+
+def low(share: float) -> tuple[float, float]:
+    """A lower one, drawn beside it."""
+    return 35 + 105 * share**1.2, -60 + 90 * np.sin(share * np.pi / 2)
+
+
+def across(height: float) -> Path2D:
+    """A straight stroke at a height."""
+    return lambda share: (-150 + 300 * share, height)
+
+
+def first_crown() -> Iterator[Condition]:
+    """New Sketch, two strokes, Spin, Generate Splash."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    look()
+    yield lambda: True
+    yield from show("empty")
+    assert press("splash.new_sketch") == {"FINISHED"}
+    yield lambda: bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
+    yield from show("new_sketch")
+    for number, (path, seconds) in enumerate(((tall, 0.6), (low, 0.5)), start=1):
+        yield from draw_with_mouse(path, seconds)
+        assert len(strokes()) == number, f"{len(strokes())} strokes"
+        drawn = strokes()[-1]
+        for end, share in ((0, 0.0), (-1, 1.0)):
+            near = np.linalg.norm(drawn.points[end] - world_of(path(share)))
+            assert near < 0.1, (drawn.points[end], world_of(path(share)))
+        assert 0.6 * seconds < np.ptp(drawn.times) < 2 * seconds, np.ptp(drawn.times)
+    yield from show("strokes")
+    assert press("splash.stroke_spin", count=12) == {"FINISHED"}
+    yield lambda: True
+    assert len(strokes()) == 12
+    assert bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
+    yield from show("spin")
+    press("ed.undo")
+    assert len(strokes()) == 2, "one undo step"
+    press("ed.redo")
+    assert len(strokes()) == 12
+    assert press("splash.generate") == {"RUNNING_MODAL"}
+    yield lambda: work_queue.collecting() is None
+    assert len(splashes()) == 1
+    yield from show("splash")
+
+
+def slow_and_fast() -> Iterator[Condition]:
+    """Twice the same stroke, in a second and a half and in a quarter of that."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    look()
+    press("splash.new_sketch")
+    yield lambda: bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
+    times = []
+    for height, seconds in ((-40, 1.6), (40, 0.4)):
+        begin = time.perf_counter()
+        yield from draw_with_mouse(across(height), seconds)
+        times.append(time.perf_counter() - begin)
+    drawings, _ = read_drawings(bpy.context.active_object)
+    assert len(drawings) == 2
+    found, warnings = strokes_from_drawings(drawings, SplashSettings(real_size=0.0))
+    assert not warnings
+    lengths = [arc_length(drawing.points)[-1] for drawing in drawings]
+    assert abs(lengths[1] / lengths[0] - 1) < 0.05, lengths
+    slow, fast = (np.median(np.linalg.norm(s.velocities, axis=1)) for s in found)
+    print(f"fast over slow: {fast / slow:.3f}, drawn 4 times as fast", flush=True)
+    assert abs(fast / slow / 4 - 1) < 0.1, (slow, fast, times)
+
+
+def everything() -> Iterator[Condition]:
+    """Check it all."""
+    yield from first_crown()
+    if PICTURES is None:
+        yield from slow_and_fast()
+
+
+if __name__ == "__main__":
+    liquid_splash_addon.register()
+    if PICTURES is None:
+        loaded_generator.get = lambda *_: TubeGenerator()
+        bpy.context.scene.splash.settings.resolution = "64"
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(run(everything(), pause=TICK), first_interval=1.0, persistent=True)
