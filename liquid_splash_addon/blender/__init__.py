@@ -62,8 +62,10 @@ from .ui import (
     simulate_operators,
     simulate_panel,
     sketch_presets,
+    sketch_tool,
     stroke_files,
     stroke_tools,
+    viewport_hint,
     vr_panel,
 )
 
@@ -97,6 +99,7 @@ MODULES = (
     operators,
     model_operators,
     sketch_presets,
+    sketch_tool,
     stroke_files,
     refinement_operators,
     motion_operators,
@@ -113,6 +116,7 @@ MODULES = (
     simulate_panel,
     vr_panel,
     mantaflow_panel,
+    viewport_hint,
 )
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import bpy
+from bpy.props import EnumProperty
 
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import fault_of
@@ -135,13 +136,24 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
     """Add a Grease Pencil object at the 3D cursor and start to draw"""
 
     bl_description = (
-        "Add a Grease Pencil object at the 3D cursor and start to draw. Strokes lie on a plane "
-        "through the cursor that faces the view: turn the view, or move the cursor, between "
-        "strokes to draw in 3D. How fast you draw is how fast the liquid moves"
+        "Add a Grease Pencil object at the 3D cursor and start to draw. How fast you draw is how "
+        "fast the liquid moves"
     )
     bl_idname = "splash.new_sketch"
     bl_label = "New Sketch"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    placement: EnumProperty(
+        items=[(key, item.label, item.about) for key, item in sketch.PLACEMENTS.items()],
+        name="Strokes Lie",
+        description="Where in space strokes lie",
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: Any) -> str:
+        """Return the tooltip, with where strokes will lie."""
+        return f"{cls.bl_description}. {sketch.PLACEMENTS[properties.placement].about}"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -154,7 +166,7 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object and enter draw mode."""
-        sketch.start_drawing(context, sketch.new_sketch(context))
+        sketch.start_drawing(context, sketch.new_sketch(context), self.placement)
         return {"FINISHED"}
 
 

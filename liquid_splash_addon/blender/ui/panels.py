@@ -12,7 +12,7 @@ import bpy
 from ...core.settings import SplashSettings
 from ..jobs import compile_ahead, dependencies, work_queue
 from ..scene.targets import shown_splash
-from . import model_operators, operators, sketch_presets
+from . import model_operators, operators, sketch_presets, sketch_tool
 
 SLIDERS = {"variation", "surface_threshold"}
 PIXELS_PER_LETTER = 6.5
@@ -39,6 +39,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         draw_preparing(layout, context)
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
+        row.menu(sketch_tool.SPLASH_MT_new_sketch.bl_idname, text="", icon="DOWNARROW_HLT")
         row.menu(sketch_presets.SPLASH_MT_preset_sketches.bl_idname)
         main = layout.column()
         main.scale_y = 1.5
