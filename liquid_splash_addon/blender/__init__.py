@@ -41,6 +41,7 @@ from .jobs import (
     loaded_generator,
     refine,
     scheduler,
+    speed_map,
     work_queue,
 )
 from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
@@ -63,6 +64,7 @@ from .ui import (
     simulate_panel,
     sketch_presets,
     sketch_tool,
+    speed_overlay,
     stroke_files,
     stroke_tools,
     viewport_hint,
@@ -88,6 +90,7 @@ MODULES = (
     bake_mantaflow,
     compile_ahead,
     estimates,
+    speed_map,
     draft_then_full,
     action_set,
     vr_drawing,
@@ -116,6 +119,7 @@ MODULES = (
     simulate_panel,
     vr_panel,
     mantaflow_panel,
+    speed_overlay,
     viewport_hint,
 )
 

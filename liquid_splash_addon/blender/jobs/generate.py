@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import bpy
 import numpy as np
@@ -223,7 +224,20 @@ def generator_changes(request: Request, weights_hash: str, precision: str) -> li
     return warnings
 
 
-def stored_frame(request: Request) -> Frame | None:
+class Framed(Protocol):
+    """Drawings, and the frame that a splash of them was made in."""
+
+    @property
+    def drawings(self) -> Sequence[Drawing]: ...
+    @property
+    def settings(self) -> SplashSettings: ...
+    @property
+    def frame(self) -> Frame | None: ...
+    @property
+    def frame_real_size(self) -> float: ...
+
+
+def stored_frame(request: Framed) -> Frame | None:
     """Return the frame of the last run, rescaled if the real size was changed since."""
     frame, real_size = request.frame, request.settings.real_size
     if frame is None or real_size == request.frame_real_size:

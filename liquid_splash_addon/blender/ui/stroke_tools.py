@@ -215,11 +215,13 @@ class SPLASH_PT_strokes(SplashPanel, bpy.types.Panel):
         active = context.active_object
         return active is not None and active.type == "GREASEPENCIL"
 
-    def draw(self, _context: bpy.types.Context) -> None:
-        """Show the tools."""
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the tools, and the switch of the overlay."""
         grid = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
         draw_tools(grid)
-        self.layout.operator(SPLASH_OT_stroke_speed.bl_idname, icon="FORCE_WIND")
+        row = self.layout.row(align=True)
+        row.operator(SPLASH_OT_stroke_speed.bl_idname, icon="FORCE_WIND")
+        row.prop(context.window_manager, "splash_show_speed", text="", icon="OVERLAY")
 
 
 def draw_in_menu(self: Any, context: bpy.types.Context) -> None:

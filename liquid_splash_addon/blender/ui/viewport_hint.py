@@ -12,6 +12,7 @@ from ..data.preferences import own_preferences
 from ..jobs import work_queue
 from ..scene.grease_pencil import has_strokes
 from ..scene.sketch import is_sketch
+from .viewport_text import width_of, write
 
 ENOUGH = 5
 """Strokes that make a splash by themselves; fewer are better spun or filled first."""
@@ -70,22 +71,9 @@ def draw() -> None:
         return
     text = hint_for(context)
     if text:
-        draw_line(text, context.region, context.preferences.system.ui_scale)
-
-
-def draw_line(text: str, region: bpy.types.Region, scale: float) -> None:
-    """Draw a line of text, centred above the lower edge of a region."""
-    import blf
-
-    font = 0
-    blf.size(font, SIZE * scale)
-    width, _ = blf.dimensions(font, text)
-    blf.enable(font, blf.SHADOW)
-    blf.shadow(font, 5, 0.0, 0.0, 0.0, 1.0)
-    blf.color(font, 1.0, 1.0, 1.0, 1.0)
-    blf.position(font, (region.width - width) / 2, ABOVE * scale, 0)
-    blf.draw(font, text)
-    blf.disable(font, blf.SHADOW)
+        scale = context.preferences.system.ui_scale
+        left = (context.region.width - width_of(text, SIZE * scale)) / 2
+        write(text, (left, ABOVE * scale), SIZE * scale)
 
 
 _handler: Any = None
