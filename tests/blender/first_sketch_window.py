@@ -21,13 +21,15 @@ import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_location_3d
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import loaded_generator, work_queue
+from liquid_splash_addon.blender.jobs import loaded_generator, speed_map, work_queue
 from liquid_splash_addon.blender.scene.grease_pencil import drawn_strokes, read_drawings
+from liquid_splash_addon.blender.ui import speed_overlay
+from liquid_splash_addon.core.condition.trained_range import FAST
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.strokes import arc_length
 from tests.blender.running_scripts import Condition, run
-from tests.blender.sketching import TubeGenerator, splashes
+from tests.blender.sketching import TubeGenerator, add_sketch, fan, splashes
 
 PICTURES = Path(sys.argv[-1]).resolve() if sys.argv[-1] != "--" else None
 
@@ -64,16 +66,20 @@ def look(kind: str = "FRONT") -> None:
     space.region_3d.view_distance = 4.0
 
 
-def move(kind: str, value: str, place: tuple[float, float]) -> None:
+def move(kind: str, value: str, place: tuple[float, float], **keys: bool) -> None:
     """Send an event of the mouse, in pixels from the middle of the viewport."""
     window, _, region = viewport()
     x, y = (round(offset) for offset in place)
     middle = region.x + region.width // 2, region.y + region.height // 2
-    window.event_simulate(kind, value, x=middle[0] + x, y=middle[1] + y)
+    window.event_simulate(kind, value, x=middle[0] + x, y=middle[1] + y, **keys)
 
 
-def draw_with_mouse(path: Path2D, seconds: float) -> Iterator[Condition]:
-    """Draw a stroke in so many seconds: where the hand is, the clock says."""
+def draw_with_mouse(path: Path2D, seconds: float, after: int | None = None) -> Iterator[Condition]:
+    """Draw a stroke in so many seconds: where the hand is, the clock says.
+
+    after : strokes that are there before
+    """
+    count = len(strokes()) if after is None else after
     move("MOUSEMOVE", "NOTHING", path(0.0))
     yield lambda: True
     move("LEFTMOUSE", "PRESS", path(0.0))
@@ -83,12 +89,7 @@ def draw_with_mouse(path: Path2D, seconds: float) -> Iterator[Condition]:
         yield lambda: True
     move("MOUSEMOVE", "NOTHING", path(1.0))
     move("LEFTMOUSE", "RELEASE", path(1.0))
-    count = len(strokes())
-
-    def is_there() -> bool:
-        return len(strokes()) > count or share >= 1
-
-    yield is_there
+    yield lambda: len(strokes()) > count
     yield lambda: True
 
 
@@ -132,8 +133,7 @@ def across(height: float) -> Path2D:
 
 def first_crown() -> Iterator[Condition]:
     """New Sketch, two strokes, Spin, Generate Splash."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
+    clear()
     look()
     yield lambda: True
     yield from show("empty")
@@ -166,8 +166,7 @@ def first_crown() -> Iterator[Condition]:
 
 def slow_and_fast() -> Iterator[Condition]:
     """Twice the same stroke, in a second and a half and in a quarter of that."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
+    clear()
     look()
     press("splash.new_sketch")
     yield lambda: bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
@@ -187,11 +186,65 @@ def slow_and_fast() -> Iterator[Condition]:
     assert abs(fast / slow / 4 - 1) < 0.1, (slow, fast, times)
 
 
+def by_tool_and_shortcut() -> Iterator[Condition]:
+    """The toolbar's tool draws its first stroke at once; the shortcut begins a sketch."""
+    clear()
+    look()
+    press("wm.tool_set_by_id", name="splash.sketch")
+    yield lambda: True
+    yield from draw_with_mouse(tall, 0.6, after=0)
+    active = bpy.context.active_object
+    assert active.type == "GREASEPENCIL" and active.mode == "PAINT_GREASE_PENCIL"
+    assert len(strokes()) == 1, f"{len(strokes())} strokes"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    press("wm.tool_set_by_id", name="builtin.select_box")
+    yield lambda: True
+    move("MOUSEMOVE", "NOTHING", (0, 0))
+    yield lambda: True
+    for value in ("PRESS", "RELEASE"):
+        move("W", value, (0, 0), shift=True, alt=True)
+    yield lambda: bpy.context.active_object not in (None, active)
+    assert bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
+
+
+def overlay() -> Iterator[Condition]:
+    """The overlay follows what is drawn, and warns of speeds beyond the training's."""
+    clear()
+    look()
+    add_sketch(fan(speed=0.5))
+    bpy.context.window_manager.splash_show_speed = True
+
+    def fastest() -> float:
+        found = speed_map.current(bpy.context)
+        return 0.0 if found is None else max(line.speeds.max() for line in found.lines)
+
+    yield lambda: 0 < fastest() < 1
+    before = fastest()
+    assert press("splash.stroke_speed", multiplier=20.0) == {"FINISHED"}
+    yield lambda: fastest() > 15 * before
+    yield lambda: speed_overlay._batches is not None
+    yield lambda: speed_overlay._batches.geometry.faulty.get(FAST) == 6
+    yield from show("speed")
+    press("ed.undo")
+    yield lambda: fastest() < 2 * before
+    bpy.context.window_manager.splash_show_speed = False
+
+
+def clear() -> None:
+    """Enter Object Mode and remove all objects."""
+    if bpy.context.active_object is not None and bpy.context.active_object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+
+
 def everything() -> Iterator[Condition]:
     """Check it all."""
     yield from first_crown()
     if PICTURES is None:
         yield from slow_and_fast()
+        yield from by_tool_and_shortcut()
+    yield from overlay()
 
 
 if __name__ == "__main__":
