@@ -207,6 +207,24 @@ def by_tool_and_shortcut() -> Iterator[Condition]:
     assert bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
 
 
+def undo_in_edit_mode() -> Iterator[Condition]:
+    """A tool is one undo step in Edit Mode too, where Blender keeps undo steps of its own."""
+    clear()
+    add_sketch(fan())
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.ed.undo_push(message="Mode")
+    yield lambda: True
+    for tool, count in (("stroke_mirror", 12), ("stroke_reverse", 12)):
+        press(f"splash.{tool}")
+        assert len(strokes()) == count
+    press("ed.undo")
+    press("ed.undo")
+    assert len(strokes()) == 6 and bpy.context.active_object.mode == "EDIT"
+    press("ed.redo")
+    assert len(strokes()) == 12
+    yield lambda: True
+
+
 def overlay() -> Iterator[Condition]:
     """The overlay follows what is drawn, and warns of speeds beyond the training's."""
     clear()
@@ -244,6 +262,7 @@ def everything() -> Iterator[Condition]:
     if PICTURES is None:
         yield from slow_and_fast()
         yield from by_tool_and_shortcut()
+        yield from undo_in_edit_mode()
     yield from overlay()
 
 
