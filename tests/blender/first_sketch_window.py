@@ -22,7 +22,11 @@ from bpy_extras.view3d_utils import region_2d_to_location_3d
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import loaded_generator, speed_map, work_queue
-from liquid_splash_addon.blender.scene.grease_pencil import drawn_strokes, read_drawings
+from liquid_splash_addon.blender.scene.grease_pencil import (
+    drawn_strokes,
+    has_strokes,
+    read_drawings,
+)
 from liquid_splash_addon.blender.ui import speed_overlay
 from liquid_splash_addon.core.condition.trained_range import FAST
 from liquid_splash_addon.core.settings import SplashSettings
@@ -95,7 +99,8 @@ def draw_with_mouse(path: Path2D, seconds: float, after: int | None = None) -> I
 
 def strokes() -> list:
     """Return the strokes of the active sketch's first layer."""
-    return list(drawn_strokes(bpy.context.active_object.data.layers[0]))
+    layer = bpy.context.active_object.data.layers[0]
+    return list(drawn_strokes(layer)) if has_strokes(layer) else []
 
 
 def world_of(place: tuple[float, float]) -> np.ndarray:

@@ -60,7 +60,7 @@ def test_each_fault_is_found_alone():
     near = line((0, 0.01, 0), (0.1, 0.01, 0))
     assert faults(line((0, 0, 0), (0.1, 0, 0)), near) == [0, 0]
     assert faults(line((0, 0, 0), (0.1, 0, 0), 6.0), near) == [FAST, 0]
-    half = 0.6 * FARTHEST
+    half = 0.6 * FARTHEST  # still in the box
     apart = [line((0, y, 0), (0.1, y, 0)) for y in (-half, half)]
     assert faults(*apart) == [LONELY, LONELY]
     assert faults(line((0.15, 0, 0), (0.25, 0, 0)), line((0.15, 0.01, 0), (0.19, 0.01, 0))) == [
