@@ -50,7 +50,7 @@ def viewport() -> tuple[Any, Any, Any]:
     return window, area, next(r for r in area.regions if r.type == "WINDOW")
 
 
-def press(name: str, **options: object) -> set[str]:
+def press(name: str, /, **options: object) -> set[str]:
     """Run an operator as its button does, in the 3D viewport."""
     window, area, region = viewport()
     with bpy.context.temp_override(window=window, area=area, region=region):
