@@ -16,6 +16,13 @@ enter() {
     mount --bind /tmp "$root/tmp"
     mkdir -p "$root$checkout"
     mount --bind "$checkout" "$root$checkout"
+    # Recorded strokes, which some tests play back where they lie beside the checkout.
+    local recordings
+    recordings=$(dirname "$checkout")/shared/strokes
+    if [ -d "$recordings" ]; then
+        mkdir -p "$root$recordings"
+        mount --bind --options ro "$recordings" "$root$recordings"
+    fi
     mount --rbind /dev "$root/dev"
     mount --rbind /sys "$root/sys"
     mount -t proc proc "$root/proc"

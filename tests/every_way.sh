@@ -13,6 +13,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 python=.venv/bin/python
 failed=()
 only=
+said=$(mktemp -d)
+beside=
+trap '[ -z "$beside" ] || kill "$beside" 2>/dev/null; rm -rf "$said"' EXIT
 if [ "${1:-}" = --only ]; then
     only=${2:-}
     [[ $only =~ ^(plain|bpy|bpy-next|blender)$ ]] || { echo "No such way to run the tests: '$only'" >&2; exit 2; }
@@ -30,7 +33,9 @@ wanted() {
 run() {
     printf '\n=== Tests in %s\n' "$1"
     local status=0
-    "${@:2}" || status=$?
+    "${@:2}" 2>&1 | tee "$said/output" || status=${PIPESTATUS[0]}
+    # Said again at the end, which is all that a log's reader may see.
+    grep -E '^(FAILED|ERROR) |^=+ .* in [0-9.]+s' "$said/output" | sed "s/^/$1: /" >> "$said/summary" || true
     # pytest's 5 is "no tests": a fault, unless somebody chose among them.
     [ "$status" = 0 ] || { [ "$status" = 5 ] && [ "$chosen" -gt 0 ]; } || failed+=("$1")
 }
@@ -72,20 +77,22 @@ run_next_module() {
 if [ -n "$only" ]; then
     ! wanted plain || run "plain Python" "${plain[@]}" "$@"
 else
-    said=$(mktemp)
-    OMP_NUM_THREADS=1 "${plain[@]}" "$@" > "$said" 2>&1 &
+    OMP_NUM_THREADS=1 "${plain[@]}" "$@" > "$said/plain" 2>&1 &
     beside=$!
-    trap 'kill "$beside" 2>/dev/null; rm -f "$said"' EXIT
     export OMP_NUM_THREADS=1
 fi
 ! wanted bpy || run "bpy" "$python" tests/run.py "$@"
 ! wanted bpy-next || run_next_module "$@"
 ! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
 if [ -z "$only" ]; then
-    report() { wait "$beside" && status=0 || status=$?; cat "$said"; return "$status"; }
+    wait "$beside" && plain_status=0 || plain_status=$?
+    beside=
+    report() { cat "$said/plain"; return "$plain_status"; }
     run "plain Python" report
 fi
 
+printf '\n=== Summary\n'
+[ ! -e "$said/summary" ] || cat "$said/summary"
 if [ ${#failed[@]} -gt 0 ]; then
     printf 'Failed: %s\n' "${failed[@]}" >&2
     exit 1

@@ -38,6 +38,7 @@ from .jobs import (
     compose,
     draft_then_full,
     estimates,
+    live,
     loaded_generator,
     refine,
     scheduler,
@@ -48,6 +49,7 @@ from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
+    live_operators,
     mantaflow_operators,
     mantaflow_panel,
     model_operators,
@@ -92,6 +94,7 @@ MODULES = (
     estimates,
     speed_map,
     draft_then_full,
+    live,
     action_set,
     vr_drawing,
     drop_points,
@@ -109,6 +112,7 @@ MODULES = (
     simulate_operators,
     mantaflow_operators,
     export_vdb,
+    live_operators,
     panels,
     stroke_tools,
     refinement_panel,

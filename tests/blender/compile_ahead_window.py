@@ -10,7 +10,7 @@ import time
 import bpy
 
 PACKAGE = "bl_ext.user_default.liquid_splash"
-PATIENCE = 100.0
+PATIENCE = 600.0
 """Seconds until what does not happen is a failure."""
 
 ahead = importlib.import_module(f"{PACKAGE}.blender.jobs.compile_ahead")

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import bpy
 
 ROOT = Path(__file__).resolve().parents[2]
-SECONDS = 120
+SECONDS = 600
 """After which an export counts as hanging: a busy machine needs ten."""
 
 

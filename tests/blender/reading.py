@@ -20,7 +20,7 @@ def archive(path: Path) -> dict[str, np.ndarray]:
     """Return what ``read_archive.py`` finds in an Alembic or USD file."""
     out = path.with_suffix(path.suffix + ".npz")
     command = [sys.executable, str(READER), str(path), str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     with np.load(out) as found:
         return dict(found)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 Condition = Callable[[], bool]
 
-PATIENCE = 240.0
+PATIENCE = 600.0
 """Seconds until a condition that does not come true is a failure."""
 
 

@@ -48,6 +48,6 @@ def test_a_package_that_does_not_load_is_named_with_what_to_do(name, error, tmp_
     script.write_text(SCRIPT.format(folder=str(tmp_path), root=str(ROOT), name=name))
     options = ["--background", "--factory-startup", "--python-exit-code", "1", "--python"]
     command = [sys.executable] if bpy.app.module else [bpy.app.binary_path, *options]
-    done = subprocess.run([*command, script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([*command, script], capture_output=True, text=True, timeout=600)
     assert "broken: fine" in done.stdout, done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr

@@ -171,7 +171,7 @@ def test_a_blender_without_the_add_on_plays_and_moves_with_its_folder(splash, tm
         script.write_text(PLAIN)
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python", str(script), "--"]
     done = subprocess.run(
-        [*command, str(moved / "splash.blend")], capture_output=True, text=True, timeout=120
+        [*command, str(moved / "splash.blend")], capture_output=True, text=True, timeout=600
     )
     lines = [line.split()[1:] for line in done.stdout.splitlines() if line.startswith("vertices:")]
     counts = [len(read((path).read_bytes())) for path in sorted(moved.rglob("*.ply"))]

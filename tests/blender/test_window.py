@@ -32,7 +32,7 @@ def screen():
     server.wait()
 
 
-def run_in_a_window(screen: str, script: Path, *words: str, timeout: float = 400.0) -> str:
+def run_in_a_window(screen: str, script: Path, *words: str, timeout: float = 900.0) -> str:
     """Run a script in a Blender with a window; return what it printed."""
     command = [bpy.app.binary_path, "--factory-startup", "--enable-event-simulate"]
     command += ["--gpu-backend", "opengl", "--window-geometry", "0", "0", *SIZE.split("x")]

@@ -55,7 +55,7 @@ def gate(monkeypatch) -> Gate:
     return made
 
 
-def run_queue(seconds: float = 60.0) -> None:
+def run_queue(seconds: float = 600.0) -> None:
     """Do what the timer does until nothing is left to do."""
     end = time.monotonic() + seconds
     while work_queue.tick() is not None:

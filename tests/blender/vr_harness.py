@@ -28,7 +28,7 @@ from pathlib import Path
 
 SKIP = 77
 SIZE = os.environ.get("VR_SIZE", "480x360")
-SECONDS = float(os.environ.get("VR_SECONDS", "240"))
+SECONDS = float(os.environ.get("VR_SECONDS", "900"))
 MANIFEST = Path("/usr/share/openxr/1/openxr_monado.json")
 DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.json")
 SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 0x1

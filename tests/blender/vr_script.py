@@ -48,7 +48,7 @@ from tests.blender.vr_hands import (
 )
 from tests.blender.vr_motion import PACE, RATE, Motion, made_motion, recorded_motion
 
-PATIENCE = 180.0
+PATIENCE = 600.0
 """Seconds until a condition that does not come true is a failure."""
 
 EXACT = 1e-3

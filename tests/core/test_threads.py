@@ -29,7 +29,7 @@ def test_a_process_that_is_forked_has_threads_of_its_own():
     """As the workers that load data for training are."""
     assert in_parts(4, lambda a, b: b - a) == [1] * 4
     with ProcessPoolExecutor(1, get_context("fork")) as pool:
-        assert pool.submit(parts_of_four).result(timeout=60) == [1] * 4
+        assert pool.submit(parts_of_four).result(timeout=600) == [1] * 4
 
 
 def parts_of_four():

@@ -35,7 +35,7 @@ def simulate(*arguments, **options):
     return start("-m", "training", "simulate", *COARSE, *arguments, **options)
 
 
-def wait_until(done, seconds=120.0):
+def wait_until(done, seconds=600.0):
     """Wait until ``done()``; fail after ``seconds``."""
     end = time.monotonic() + seconds
     while not done():
