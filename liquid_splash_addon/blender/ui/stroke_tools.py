@@ -12,7 +12,7 @@ from bpy.props import EnumProperty
 
 from ...core.sketch.flow import Flow
 from ...core.sketch.tools import TOOLS, StrokeTool
-from ..data.properties import assign_settings, settings_properties, to_settings
+from ..data.properties import settings_properties, to_settings
 from ..jobs.messages import sentence_for
 from ..jobs.work_queue import print_unexpected
 from ..scene.chosen_strokes import chosen_strokes
@@ -162,13 +162,15 @@ class SPLASH_OT_stroke_speed(StrokeOperator, bpy.types.Operator):
     __annotations__ = settings_properties(Flow, options={"SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Begin with what the first of the strokes has."""
+        """Begin with what the first of the strokes has, where nothing else is asked for."""
         try:
             chosen, _ = chosen_strokes(context.active_object)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        assign_settings(self, chosen[0].flow)
+        for name, value in vars(chosen[0].flow).items():
+            if not self.properties.is_property_set(name):
+                setattr(self, name, value)
         return self.execute(context)
 
     def apply(self, context: bpy.types.Context) -> tuple[str, list[str]]:
