@@ -39,6 +39,12 @@ PICTURES = Path(sys.argv[-1]).resolve() if sys.argv[-1] != "--" else None
 TICK = 0.02
 """Seconds between two events of the mouse, if Blender is not busy."""
 
+SECONDS = 0.6 if PICTURES is None else 3.0
+"""That a stroke of a crown takes. For pictures it is drawn more slowly, for more events than a
+processor that draws the viewport leaves time for, and the liquid is as much faster (GAIN)."""
+
+GAIN = 20.0
+
 Path2D = Callable[[float], tuple[float, float]]
 """Where the mouse is, in pixels of the viewport from its middle, at a share of a stroke."""
 
@@ -64,6 +70,7 @@ def look(kind: str = "FRONT") -> None:
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.view3d.view_axis(type=kind)
     space = area.spaces.active
+    space.show_region_asset_shelf = PICTURES is None
     space.region_3d.view_perspective = "ORTHO"
     space.region_3d.view_location = (0, 0, 0.35)
     space.region_3d.view_distance = 4.0
@@ -90,7 +97,8 @@ def draw_with_mouse(path: Path2D, seconds: float, after: int | None = None) -> I
     while (share := (time.perf_counter() - begin) / seconds) < 1:
         move("MOUSEMOVE", "NOTHING", path(share))
         yield lambda: True
-    # A busy machine is late: the hand has gone on meanwhile.
+    # A busy machine is late: the hand has gone on meanwhile. Not so in pictures.
+    share = share if PICTURES is None else 1.0
     move("MOUSEMOVE", "NOTHING", path(share))
     move("LEFTMOUSE", "RELEASE", path(share))
     yield lambda: len(strokes()) > count
@@ -145,7 +153,7 @@ def first_crown() -> Iterator[Condition]:
     assert press("splash.new_sketch") == {"FINISHED"}
     yield lambda: bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
     yield from show("new_sketch")
-    for number, (path, seconds) in enumerate(((tall, 0.6), (low, 0.5)), start=1):
+    for number, (path, seconds) in enumerate(((tall, SECONDS), (low, SECONDS)), start=1):
         yield from draw_with_mouse(path, seconds)
         assert len(strokes()) == number, f"{len(strokes())} strokes"
         drawn = strokes()[-1]
@@ -272,7 +280,8 @@ if __name__ == "__main__":
     if PICTURES is None:
         loaded_generator.get = lambda *_: TubeGenerator()
         bpy.context.scene.splash.settings.resolution = "64"
+    else:
+        bpy.context.scene.splash.settings.speed_gain = GAIN
     bpy.context.preferences.view.show_splash = False
-    if PICTURES is None:  # the processor draws: let it draw less
-        bpy.context.preferences.system.viewport_aa = "OFF"
+    bpy.context.preferences.system.viewport_aa = "OFF"  # the processor draws: let it draw less
     bpy.app.timers.register(run(everything(), pause=TICK), first_interval=1.0, persistent=True)

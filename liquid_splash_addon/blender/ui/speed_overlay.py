@@ -15,7 +15,7 @@ from ...core.sketch.speed_colours import FAST as END_OF_RAMP
 from ...core.sketch.speed_colours import RAMP, colours_of
 from ..jobs import speed_map
 from ..jobs.speed_map import SpeedMap
-from .viewport_text import write
+from .viewport_text import lower_edge, write
 
 WARNING = (1.0, 0.0, 0.75, 1.0)
 """Where strokes leave the range of training: no colour of the ramp."""
@@ -132,9 +132,10 @@ def draw_legend() -> None:
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batches = batches_of(found, gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR"))
     scale = context.preferences.system.ui_scale
-    points, colours = ramp(scale)
+    raised = lower_edge(context)
+    points, colours = ramp(scale, raised)
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
-    left, low, width = LEFT * scale, ABOVE * scale, BAR[0] * scale
+    left, low, width = LEFT * scale, raised + ABOVE * scale, BAR[0] * scale
     size = LETTERS * scale
     for share in (0.0, 0.5, 1.0):
         text = f"{share * found.fastest:.1f}" + (" m/s" if share == 1 else "")
@@ -145,12 +146,16 @@ def draw_legend() -> None:
         write(text, (left, above), size, WARNING)
 
 
-def ramp(scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners ``(2 n, 3)`` of the legend's ramp in pixels, and their colours."""
+def ramp(scale: float, raised: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners ``(2 n, 3)`` of the legend's ramp in pixels, and their colours.
+
+    raised : pixels that are covered below it
+    """
     across = LEFT + BAR[0] * np.linspace(0, 1, len(RAMP))
     corners = [(x, y, 0.0) for x in across for y in (ABOVE, ABOVE + BAR[1])]
     colours = np.repeat(np.insert(np.array(RAMP), 3, 1.0, axis=1), 2, axis=0)
-    return np.float32(scale) * np.array(corners, np.float32), colours.astype(np.float32)
+    placed = scale * np.array(corners) + (0.0, raised, 0.0)
+    return placed.astype(np.float32), colours.astype(np.float32)
 
 
 def redraw_views() -> None:

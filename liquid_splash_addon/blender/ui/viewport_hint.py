@@ -12,7 +12,7 @@ from ..data.preferences import own_preferences
 from ..jobs import work_queue
 from ..scene.grease_pencil import has_strokes
 from ..scene.sketch import is_sketch
-from .viewport_text import width_of, write
+from .viewport_text import lower_edge, width_of, write
 
 ENOUGH = 5
 """Strokes that make a splash by themselves; fewer are better spun or filled first."""
@@ -73,7 +73,7 @@ def draw() -> None:
     if text:
         scale = context.preferences.system.ui_scale
         left = (context.region.width - width_of(text, SIZE * scale)) / 2
-        write(text, (left, ABOVE * scale), SIZE * scale)
+        write(text, (left, lower_edge(context) + ABOVE * scale), SIZE * scale)
 
 
 _handler: Any = None

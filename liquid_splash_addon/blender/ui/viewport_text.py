@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import bpy
+
 FONT = 0
 """Blender's own."""
 
@@ -38,3 +40,12 @@ def write(
     blf.position(FONT, *place, 0)
     blf.draw(FONT, text)
     blf.disable(FONT, blf.SHADOW)
+
+
+def lower_edge(context: bpy.types.Context) -> float:
+    """Return how much of a viewport the asset shelf covers from below, in pixels."""
+    region = context.region
+    shelves = [item for item in context.area.regions if item.type.startswith("ASSET_SHELF")]
+    tops = [shelf.y + shelf.height - region.y for shelf in shelves if shelf.height > 1]
+    below_middle = [top for top in tops if top < region.height / 2]
+    return float(max(below_middle, default=0))
