@@ -70,7 +70,6 @@ def look(kind: str = "FRONT") -> None:
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.view3d.view_axis(type=kind)
     space = area.spaces.active
-    space.show_region_asset_shelf = PICTURES is None
     space.region_3d.view_perspective = "ORTHO"
     space.region_3d.view_location = (0, 0, 0.35)
     space.region_3d.view_distance = 4.0
