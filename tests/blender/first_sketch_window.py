@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_location_3d
+from mathutils import Euler
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import loaded_generator, speed_map, work_queue
@@ -73,6 +74,14 @@ def look(kind: str = "FRONT") -> None:
     space.region_3d.view_perspective = "ORTHO"
     space.region_3d.view_location = (0, 0, 0.35)
     space.region_3d.view_distance = 4.0
+
+
+def turn() -> None:
+    """Look from above and from the side, for a picture."""
+    if PICTURES is not None:
+        view = viewport()[1].spaces.active.region_3d
+        view.view_rotation = Euler((1.15, 0.0, 0.5)).to_quaternion()
+        view.view_location = (0, 0, 0.25)
 
 
 def move(kind: str, value: str, place: tuple[float, float], **keys: bool) -> None:
@@ -165,6 +174,7 @@ def first_crown() -> Iterator[Condition]:
     yield lambda: True
     assert len(strokes()) == 12
     assert bpy.context.active_object.mode == "PAINT_GREASE_PENCIL"
+    turn()
     yield from show("spin")
     press("ed.undo")
     assert len(strokes()) == 2, "one undo step"
@@ -237,6 +247,7 @@ def overlay() -> Iterator[Condition]:
     """The overlay follows what is drawn, and warns of speeds beyond the training's."""
     clear()
     look()
+    bpy.context.scene.splash.settings.speed_gain = 4.0
     add_sketch(fan(speed=0.5))
     bpy.context.window_manager.splash_show_speed = True
 
@@ -250,7 +261,9 @@ def overlay() -> Iterator[Condition]:
     yield lambda: fastest() > 15 * before
     yield lambda: speed_overlay._batches is not None
     yield lambda: speed_overlay._batches.geometry.faulty.get(FAST) == 6
+    assert press("splash.stroke_speed", multiplier=7.0, middle=2.0) == {"FINISHED"}
     yield from show("speed")
+    press("ed.undo")
     press("ed.undo")
     yield lambda: fastest() < 2 * before
     bpy.context.window_manager.splash_show_speed = False

@@ -25,9 +25,7 @@ TAB = "the Splash tab (N)"
 BEGIN = f"New Sketch in {TAB}, or Shift Alt W: draw the way the liquid flows"
 DRAW = "Draw a stroke the way the liquid flows. Draw faster, and it flows faster"
 RESUME = "Switch to Draw Mode and draw a stroke the way the liquid flows"
-FEW = (
-    f"Spin in {TAB} makes a crown of a stroke or two. Or draw {ENOUGH} to 20, then Generate Splash"
-)
+FEW = f"Spin in {TAB} makes a crown of it. Or draw {ENOUGH} to 20 strokes and generate"
 MAKE = f"Generate Splash in {TAB}"
 
 
