@@ -65,6 +65,7 @@ from .ui import (
     simulate_panel,
     sketch_presets,
     stroke_files,
+    strokes_from_flow,
     vr_panel,
 )
 
@@ -100,6 +101,7 @@ MODULES = (
     model_operators,
     sketch_presets,
     stroke_files,
+    strokes_from_flow,
     refinement_operators,
     motion_operators,
     simulate_operators,
