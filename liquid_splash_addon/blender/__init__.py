@@ -69,6 +69,7 @@ from .ui import (
     speed_overlay,
     stroke_files,
     stroke_tools,
+    strokes_from_flow,
     viewport_hint,
     vr_panel,
 )
@@ -107,6 +108,7 @@ MODULES = (
     sketch_presets,
     sketch_tool,
     stroke_files,
+    strokes_from_flow,
     refinement_operators,
     motion_operators,
     simulate_operators,

@@ -88,6 +88,7 @@ def follow(target: Target) -> None:
     is_made = splash is not None and splash.splash.made_of == request.digest and not is_making()
     if is_new and request.drawings and not is_made:
         draft_then_full.make(target, tell, rest=REST, is_step=False)
+        work_queue.tick()  # begin at once: a timer would first wait for the viewport
 
 
 def tell(sentence: str) -> None:
