@@ -25,6 +25,10 @@ COMMANDS = {
     "displaced": ("research.displaced", "how exactly liquid must be placed for an IoU"),
     "error-analysis": ("research.error_analysis", "where answers miss the truth"),
     "refined": ("research.refined", "how refinements change the accuracy"),
+    "resketched": (
+        "research.resketched",
+        "simulated liquid sketched from its mesh, and generated again",
+    ),
     "ruptures": ("research.ruptures", "how ruptured liquid is, by speed"),
     "slow-and-fast": ("research.slow_and_fast", "answers to sketches drawn slowly and fast"),
     "surfaces": ("research.surfaces", "how well simulated liquid is meshed"),
