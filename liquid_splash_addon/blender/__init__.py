@@ -38,6 +38,7 @@ from .jobs import (
     compose,
     draft_then_full,
     estimates,
+    live,
     loaded_generator,
     refine,
     scheduler,
@@ -47,6 +48,7 @@ from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
+    live_operators,
     mantaflow_operators,
     mantaflow_panel,
     model_operators,
@@ -86,6 +88,7 @@ MODULES = (
     compile_ahead,
     estimates,
     draft_then_full,
+    live,
     action_set,
     vr_drawing,
     drop_points,
@@ -102,6 +105,7 @@ MODULES = (
     simulate_operators,
     mantaflow_operators,
     export_vdb,
+    live_operators,
     panels,
     refinement_panel,
     model_panel,

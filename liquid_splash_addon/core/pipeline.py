@@ -142,6 +142,11 @@ def prepare_frame(
     return frame
 
 
+def fits(strokes: Sequence[Stroke], frame: Frame) -> bool:
+    """Whether nearly all of the strokes (drawing units) lie in the local box of ``frame``."""
+    return outside_share(frame.strokes_to_local(strokes), Grid.local()) < LEAST_OUTSIDE
+
+
 def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
     """Return what to do about strokes that leave the box: the largest real size that fits.
 

@@ -8,10 +8,18 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks import animation, interface, networks, refinement, simulation, synthesis
+from tests.benchmarks import (
+    animation,
+    capture,
+    interface,
+    networks,
+    refinement,
+    simulation,
+    synthesis,
+)
 
 AREAS = (synthesis.measure, networks.measure, refinement.measure, simulation.measure,
-         animation.measure, interface.measure)  # fmt: skip
+         animation.measure, interface.measure, capture.measure)  # fmt: skip
 
 
 def main() -> None:

@@ -153,9 +153,15 @@ def is_splash(item: bpy.types.Object | None) -> bool:
 
 
 class SplashSceneGroup(bpy.types.PropertyGroup):
-    """What a scene remembers: the settings for new splashes."""
+    """What a scene remembers: the settings for new splashes, and how they are made."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
+    live: BoolProperty(
+        name="Live",
+        description="While strokes or settings are changed, a draft of the active sketch's splash "
+        "follows, and the full resolution once nothing changes any more. Esc stops what is being "
+        "made",
+    )
 
 
 CLASSES = (SplashSettingsGroup, SplashSourceGroup, SplashObjectGroup, SplashSceneGroup)

@@ -62,6 +62,7 @@ class Request:
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
+    may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
 
     @property
     def digest(self) -> str:
@@ -96,11 +97,16 @@ class Result:
 
 
 def snapshot(
-    context: bpy.types.Context, target: Target, settings: SplashSettings, realign: bool = False
+    context: bpy.types.Context,
+    target: Target,
+    settings: SplashSettings,
+    realign: bool = False,
+    may_refit: bool = False,
 ) -> Request:
     """Read what a run needs.
 
-    realign : fit a new local frame instead of the stored one
+    realign : fit a new local frame instead of the stored one; may_refit : only where the strokes
+    have left that
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
     could not be computed or written.
     """
@@ -139,6 +145,7 @@ def snapshot(
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
+        may_refit=may_refit,
     )
 
 
@@ -175,7 +182,7 @@ def lost_objects(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
-    from ...core.pipeline import make_splash
+    from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
     start = time.perf_counter()
@@ -185,6 +192,9 @@ def compute(request: Request, report: Report) -> Result:
     strokes, stroke_warnings = strokes_from_drawings(
         request.drawings, settings, frame.scale if frame is not None else None
     )
+    if request.may_refit and frame is not None and not fits(strokes, frame):
+        frame = None
+        strokes, stroke_warnings = strokes_from_drawings(request.drawings, settings)
     report("Loading the generator", 0.02)
     generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(

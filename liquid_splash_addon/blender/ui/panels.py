@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...core.settings import SplashSettings
-from ..jobs import compile_ahead, dependencies, work_queue
+from ..jobs import compile_ahead, dependencies, draft_then_full, live, work_queue
 from ..scene.targets import shown_splash
 from . import model_operators, operators, sketch_presets
 
@@ -47,6 +47,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
             main.progress(factor=entry.fraction, text=f"{entry.stage} (Esc to stop)")
+        draw_live(layout, context)
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
@@ -106,6 +107,19 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
             layout.prop(other, "sketch")
         if record.sketch is not None and record.sketch.type == "GREASEPENCIL":
             layout.prop_search(record, "layer", record.sketch.data, "layers")
+
+
+def draw_live(layout: Any, context: bpy.types.Context) -> None:
+    """Show whether the splash follows the hand, and how far it is or what it said."""
+    group, making = context.scene.splash, draft_then_full.making()
+    layout.prop(group, "live", toggle=True, icon="REC")
+    if not group.live:
+        return
+    if making is not None and making.is_busy:
+        stage, share = making.progress
+        layout.progress(factor=share, text=f"{stage} (Esc to stop)")
+    elif live.said():
+        draw_text(layout, context, live.said())
 
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:

@@ -105,9 +105,10 @@ def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetw
         for name, value in header["network"].items()
     }
     try:
-        network = SplashNetwork(NetworkConfig(**shape))
+        with torch.device("meta"):  # random weights would take as long as reading these
+            network = SplashNetwork(NetworkConfig(**shape))
         tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}
-        network.load_state_dict(tensors)
+        network.load_state_dict(tensors, assign=True)
     except (SafetensorError, RuntimeError, TypeError, IndexError) as error:
         raise WeightsError(
             f"{path} is damaged (its tensors do not fit its header): install the add-on again"
