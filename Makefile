@@ -16,7 +16,7 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build zip repo lock licences docs release clean
+.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench bench-page lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -47,6 +47,9 @@ test-slow: lint ## the tests that `make test` has no time for
 
 bench: $(INSTALLED) ## benchmarks: out/bench.json
 	$(VENV_PYTHON) -m tests.benchmarks.bench --out out/bench.json
+
+bench-page: $(INSTALLED) ## docs/benchmarks.md anew, from what `make bench` has measured
+	$(VENV_PYTHON) -m tests.benchmarks.page $(wildcard out/bench.json)
 
 lint: $(INSTALLED) ## formatting, style, types
 	$(VENV_PYTHON) -m ruff format --check .
