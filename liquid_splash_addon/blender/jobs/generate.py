@@ -122,7 +122,8 @@ def snapshot(
         raise SceneError(lost_layer(layer, sketch))
     drawings, warnings = read_sketch((sketch, *others), layer, settings.use_modifiers)
     drawings, _, left_out = usable_drawings(drawings)
-    warnings += left_out + lost_objects(splash, others)
+    warnings += [f"{warning}: Select Strokes shows them" for warning in left_out]
+    warnings += lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
     device = device_for(context, settings.device)

@@ -73,6 +73,16 @@ def new_object(
     return splash
 
 
+def plain_object(mesh: Mesh, name: str) -> bpy.types.Object:
+    """Make an object of a mesh, drawing units, in the active collection, that is no splash."""
+    data = bpy.data.meshes.new(name)
+    write_mesh(data, mesh)
+    data.materials.append(water_material())
+    made = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(made)
+    return made
+
+
 def collection_for(context: bpy.types.Context, origin: bpy.types.Object) -> bpy.types.Collection:
     """Return the collection for an object made of ``origin``: the same, if this scene shows it."""
     shown = {context.scene.collection, *context.scene.collection.children_recursive}
