@@ -129,6 +129,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     frame_real_size: FloatProperty(description="Real size for which the frame was scaled")
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     splash_matrix: FloatVectorProperty(size=16, default=IDENTITY)
+    sketch_world: FloatVectorProperty(size=16, default=IDENTITY)
     weights_hash: StringProperty(description="SHA-256 of the weights that made this splash")
     precision: StringProperty(description="Number format in which the generator ran")
     device: StringProperty(description="Where the generator ran")

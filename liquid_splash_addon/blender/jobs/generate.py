@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
+from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
@@ -25,7 +26,7 @@ from ..data.preferences import device_for, keep_precision, known_precision, weig
 from ..data.properties import assign_settings, plain
 from ..data.refinements import steps_of
 from ..data.version import addon_version
-from ..scene import drop_points, mesh_object, motion
+from ..scene import drop_points, follow, mesh_object, mesh_space, motion
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
@@ -55,6 +56,7 @@ class Request:
     settings: SplashSettings
     frame: Frame | None
     frame_real_size: float
+    moved: np.ndarray  # (4, 4), how the strokes moved in drawing space since the last run
     weights: Path | None
     last_weights: str  # hash of the weights of the last run, "" if there was none
     device: str
@@ -118,8 +120,16 @@ def snapshot(
     drawings, _, left_out = usable_drawings(drawings)
     warnings += left_out + lost_objects(splash, others)
     record = splash.splash if splash is not None else None
-    obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
+    obstacles, clearance, no_obstacles = [], 0.0, []
+    if splash is not None:
+        obstacles, clearance, no_obstacles = obstacles_of(splash)
+    warnings += no_obstacles
     device = device_for(context, settings.device)
+    frame, moved = None, np.eye(4)
+    if splash is not None:
+        strokes = strokes_of(stored_liquid.read(splash.data)[0])
+        moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
+        frame = None if realign else kept_frame(record, moved)
     return Request(
         sketch=Handle.of(sketch),
         others=tuple(map(Handle.of, others)),
@@ -129,8 +139,9 @@ def snapshot(
         drawings=drawings,
         warnings=warnings,
         settings=settings,
-        frame=None if record is None or realign else kept_frame(record),
+        frame=frame,
         frame_real_size=plain(record.frame_real_size) if record else 0.0,
+        moved=moved,
         weights=weights_path(context),
         last_weights=record.weights_hash if record else "",
         precision=(record.precision if record else "") or known_precision(context, device),
@@ -141,9 +152,15 @@ def snapshot(
     )
 
 
-def kept_frame(record: Any) -> Frame | None:
-    """Return the frame to keep; None where there is none or the strokes are others now."""
-    return frame_from_text(record.frame) if record.frame and not record.refit else None
+def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
+    """Return the frame to keep, moved as its strokes were ``(4, 4)``.
+
+    None where there is none, or where other strokes were chosen.
+    """
+    if not record.frame or record.refit:
+        return None
+    frame = frame_from_text(record.frame)
+    return frame if np.array_equal(moved, np.eye(4)) else frame.moved(moved)
 
 
 def check_packages() -> None:
@@ -239,24 +256,42 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     if sketch is None or (splash is None and request.splash is not None):
         raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
     context.view_layer.update()
-    if splash is None:
+    if splash is not None:
+        check_writable(splash)
+        write_splash(context, splash, sketch, request, result)
+    else:
         splash = mesh_object.new_object(context, sketch, request.layer)
-        for other in filter(None, (handle.find() for handle in request.others)):
-            splash.splash.others.add().sketch = other
+        try:
+            for other in filter(None, (handle.find() for handle in request.others)):
+                splash.splash.others.add().sketch = other
+            write_splash(context, splash, sketch, request, result)
+        except BaseException:
+            mesh_object.discard(splash)
+            raise
         if sketch.mode == "OBJECT":  # else the artist goes on drawing
             select_only(context, splash)
-    else:
-        check_writable(splash)
-        mesh_object.follow_sketch(splash, sketch)
-    mesh_object.write_mesh(splash.data, result.mesh)
+    if request.precision != result.precision:
+        keep_precision(context, request.device, result.precision)
+    return splash
+
+
+def write_splash(
+    context: bpy.types.Context,
+    splash: bpy.types.Object,
+    sketch: bpy.types.Object,
+    request: Request,
+    result: Result,
+) -> None:
+    """Write a result into a splash object, on its sketch."""
+    before = mesh_space.space_of(splash.data)
+    space = follow.settle(splash, sketch, request.moved) if splash.splash.version else before
+    mesh_object.write_mesh(splash.data, result.mesh, space)
+    follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
     remember(splash, sketch, request, result)
     motion.apply(splash)
-    if request.precision != result.precision:
-        keep_precision(context, request.device, result.precision)
-    return splash
 
 
 def remember(
@@ -274,6 +309,6 @@ def remember(
     record.device = result.device
     record.summary = result.summary
     record.warnings = "\n".join(result.warnings)
-    mesh_object.remember_place(splash, sketch)
+    follow.remember(splash, sketch)
     splash.splash_stack.flowed = ""
     refine.remember(splash, refine.task_of(splash).key, [], [])

@@ -7,7 +7,7 @@ runs, and in which thread: see scheduler.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -39,6 +39,7 @@ class Task:
     Attributes
     ----------
     content, identifier : of the stored liquid, see data.stored_liquid
+    left_out : sentences about obstacles that cannot be any
     """
 
     content: bytes
@@ -48,6 +49,7 @@ class Task:
     steps: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
+    left_out: list[str] = field(default_factory=list)
 
     @property
     def key(self) -> str:
@@ -150,7 +152,7 @@ def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     mesh_object.write_mesh(splash.data, outcome.mesh)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
-    remember(splash, task.key, outcome.gained, outcome.warnings)
+    remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings])
 
 
 def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: list[str]) -> None:
@@ -184,7 +186,7 @@ def write_applied(splash: bpy.types.Object, task: Task, made: tuple[Outcome, byt
     stored_liquid.write(splash.data, content)
     with scheduler.held():
         splash.splash_stack.items.clear()
-    remember(splash, task_of(splash).key, [], outcome.warnings)
+    remember(splash, task_of(splash).key, [], [*task.left_out, *outcome.warnings])
 
 
 def evaluate(splash: bpy.types.Object) -> None:

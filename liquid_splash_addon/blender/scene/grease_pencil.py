@@ -10,13 +10,13 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing
+from . import places
 from .raw_strokes import (
     CATMULL_ROM,
     POLY,
     RawStroke,
     drawings_with_pressure,
     raw_strokes,
-    rigid_matrix,
     to_drawing,
 )
 
@@ -38,7 +38,7 @@ def read_drawings(
     """
     drawings, warnings, skipped = [], [], 0
     if to_space is None:
-        to_space = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
+        to_space = np.array(places.rigid_matrix(sketch).inverted(), dtype=np.float64)
     for layer in (evaluated or sketch).data.layers:
         if not has_strokes(layer) or (only and layer.name != only):
             continue
@@ -104,9 +104,7 @@ def layer_matrix(sketch: bpy.types.Object, layer: Any) -> np.ndarray:
     local = np.array(layer.matrix_local, dtype=np.float64)
     parent = layer.parent
     if parent is None:
-        return np.array(sketch.matrix_world, dtype=np.float64) @ local
-    world = np.array(parent.matrix_world, dtype=np.float64)
-    bone = parent.pose.bones.get(layer.parent_bone) if parent.pose else None
-    if bone is not None:
-        world = world @ np.array(bone.matrix, dtype=np.float64)
+        return np.array(places.world_matrix(sketch), dtype=np.float64) @ local
+    bone = places.bone_matrix(parent, layer.parent_bone) if layer.parent_bone else None
+    world = np.array(places.world_matrix(parent) if bone is None else bone, dtype=np.float64)
     return world @ np.array(layer.matrix_parent_inverse, dtype=np.float64) @ local

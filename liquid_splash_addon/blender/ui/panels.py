@@ -12,7 +12,7 @@ import bpy
 from ...core.settings import SplashSettings
 from ..jobs import compile_ahead, dependencies, work_queue
 from ..scene.targets import shown_splash
-from . import model_operators, operators, sketch_presets
+from . import model_operators, operators, select_named, sketch_presets
 
 SLIDERS = {"variation", "surface_threshold"}
 PIXELS_PER_LETTER = 6.5
@@ -144,7 +144,10 @@ def draw_eye(row: Any, item: Any) -> None:
 def draw_warnings(layout: Any, context: bpy.types.Context, warnings: str) -> None:
     """Draw each line of ``warnings`` in a box of its own."""
     for warning in filter(None, warnings.split("\n")):
-        draw_text(layout.box(), context, warning, "ERROR")
+        row = layout.box().row()
+        draw_text(row, context, warning, "ERROR")
+        if name := select_named.object_in(warning):
+            select_named.draw_button(row, name)
 
 
 def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
