@@ -180,13 +180,13 @@ def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
 def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     """Write the joined mesh, and hide the splashes that it replaces."""
     check_writable(model)
-    mesh_object.write_mesh(model.data, made.mesh)
+    lost = mesh_object.replace_mesh(model, made.mesh)
     drop_points.write(model, made.drops)
     motion.apply(model)
     group = model.splash_model
     group.evaluated, group.pending = task.key, False
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
-    group.warnings = "\n".join(dict.fromkeys([*task.left_out, *made.warnings]))
+    group.warnings = "\n".join(dict.fromkeys([*task.left_out, *made.warnings, *lost]))
     model_parts.update_visibility()
 
 

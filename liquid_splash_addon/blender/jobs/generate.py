@@ -20,6 +20,7 @@ from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
+from ...core.sketch.strokes import StrokeError
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
@@ -117,6 +118,8 @@ def snapshot(
     if layer and layer not in sketch.data.layers:
         raise SceneError(lost_layer(layer, sketch))
     drawings, warnings = read_sketch((sketch, *others), layer, settings.use_modifiers)
+    if not drawings and warnings:
+        raise StrokeError(f"No stroke is left to make a splash of. {warnings[0]}")
     drawings, _, left_out = usable_drawings(drawings)
     warnings += left_out + lost_objects(splash, others)
     record = splash.splash if splash is not None else None
@@ -285,12 +288,12 @@ def write_splash(
     """Write a result into a splash object, on its sketch."""
     before = mesh_space.space_of(splash.data)
     space = follow.settle(splash, sketch, request.moved) if splash.splash.version else before
-    mesh_object.write_mesh(splash.data, result.mesh, space)
+    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
     follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
-    remember(splash, sketch, request, result)
+    remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
     motion.apply(splash)
 
 

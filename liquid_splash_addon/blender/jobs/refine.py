@@ -149,10 +149,10 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
 def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
-    mesh_object.write_mesh(splash.data, outcome.mesh)
+    lost = mesh_object.replace_mesh(splash, outcome.mesh)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
-    remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings])
+    remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings, *lost])
 
 
 def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: list[str]) -> None:

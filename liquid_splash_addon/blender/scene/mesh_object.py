@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.settings import MotionSettings
 from ..data.properties import assign_settings, to_settings
-from . import mesh_space, places
+from . import carried, mesh_space, places
 from .material import water_material
 
 if TYPE_CHECKING:
@@ -44,6 +44,32 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh, space: np.ndarray | None = None
     data.splash_liquid.time_scale = 1.0
     mesh_space.remember(data, space, mesh.vertices)
     data.update(calc_edges=True)
+
+
+def replace_mesh(
+    item: bpy.types.Object,
+    mesh: Mesh,
+    space: np.ndarray | None = None,
+    moved: np.ndarray | None = None,
+) -> list[str]:
+    """Replace the mesh of a splash or a model, with what an artist had added to the old one.
+
+    A mesh that other objects show too, as after Alt D, stays theirs: this one gets its own.
+
+    space : see :func:`write_mesh`; moved : how the liquid moved in drawing space, ``(4, 4)``
+    Returns warnings about what could not be carried over.
+    """
+    if item.data.users - item.data.use_fake_user > 1:
+        item.data = item.data.copy()
+    before = mesh_space.space_of(item.data)
+    space = before if space is None else space
+    added = carried.read(item)
+    write_mesh(item.data, mesh, space)
+    if added is None:
+        return []
+    change = space @ (np.eye(4) if moved is None else moved) @ np.linalg.inv(before)
+    carried.write(item, added, change)
+    return [f"Attribute '{name}' could not be carried over to the new mesh" for name in added.lost]
 
 
 def moved_mesh(mesh: Mesh, space: np.ndarray) -> Mesh:

@@ -50,7 +50,10 @@ def read_object(
     shown = None
     if modifiers and item.modifiers:
         shown = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    return read_as(item, layer, to_space, shown)
+    drawings, warnings = read_as(item, layer, to_space, shown)
+    if not modifiers and (names := [m.name for m in item.modifiers if m.show_viewport]):
+        warnings.append(f"Modifiers do not count ({', '.join(names)}): switch on Modifiers")
+    return drawings, warnings
 
 
 def read_as(
