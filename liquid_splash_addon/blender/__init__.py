@@ -39,8 +39,10 @@ from .jobs import (
     draft_then_full,
     estimates,
     loaded_generator,
+    problems,
     refine,
     scheduler,
+    staleness,
     work_queue,
 )
 from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
@@ -63,6 +65,7 @@ from .ui import (
     simulate_operators,
     simulate_panel,
     sketch_presets,
+    splash_operators,
     stroke_files,
     vr_panel,
 )
@@ -80,9 +83,11 @@ MODULES = (
     mantaflow,
     preferences,
     work_queue,
+    problems,
     refine,
     compose,
     scheduler,
+    staleness,
     bake_mantaflow,
     compile_ahead,
     estimates,
@@ -96,6 +101,7 @@ MODULES = (
     scene_motion,
     operators,
     select_named,
+    splash_operators,
     model_operators,
     sketch_presets,
     stroke_files,

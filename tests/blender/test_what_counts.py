@@ -100,7 +100,7 @@ def test_it_does_not_count_and_is_said(way):
 def test_where_nothing_is_left_the_reason_is_the_message(way):
     sketch = add_sketch([])
     way(sketch)
-    with pytest.raises(RuntimeError, match="No stroke is left .* Left out 1"):
+    with pytest.raises(RuntimeError, match=r"No stroke is left .* Left out 1"):
         generate()
     assert not bpy.data.meshes
 

@@ -118,6 +118,8 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
         update=fit_anew,
     )
     settings: PointerProperty(type=SplashSettingsGroup)
+    made_with: StringProperty(description="The settings that it was made with")
+    fastest: FloatProperty(description="Fastest speed, m/s, that its generator knows; 0: not noted")
     made_of: StringProperty(description="Digest of the strokes and settings that it was made of")
     is_covered: BoolProperty(description="Whether the splash is hidden because a model shows it")
     version: StringProperty(
@@ -153,10 +155,20 @@ def is_splash(item: bpy.types.Object | None) -> bool:
     return index.carries(item, index.SPLASH)
 
 
+def owner_of(item: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the splash or model that an object belongs to, without giving it our properties."""
+    return item.splash.owner if item.is_property_set("splash") else None
+
+
 class SplashSceneGroup(bpy.types.PropertyGroup):
     """What a scene remembers: the settings for new splashes."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
+    follow: BoolProperty(
+        name="Follow Sketch",
+        description="New splashes are children of their sketch: they move, turn and scale with it",
+        default=True,
+    )
 
 
 CLASSES = (SplashSettingsGroup, SplashSourceGroup, SplashObjectGroup, SplashSceneGroup)

@@ -24,14 +24,14 @@ from ...core.sketch.strokes import StrokeError
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
-from ..data.properties import assign_settings, plain
+from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
 from ..data.refinements import steps_of
 from ..data.version import addon_version
 from ..scene import drop_points, follow, mesh_object, mesh_space, motion
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
-from ..scene.targets import Target
+from ..scene.targets import Target, others_of
 from . import dependencies, loaded_generator, refine
 from .progress import part_of
 
@@ -96,6 +96,7 @@ class Result:
     device: str
     summary: str
     warnings: list[str]
+    fastest: float  # m/s, that the generator knows
 
 
 def snapshot(
@@ -192,6 +193,41 @@ def lost_objects(
     return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
+def found(sketch: Handle, splash: Handle | None, layer: str, others: tuple[Handle, ...]) -> Target:
+    """Find what is meant again. Raises SceneError if some of it was deleted meanwhile."""
+    items = sketch.find(), None if splash is None else splash.find()
+    rest = tuple(handle.find() for handle in others)
+    if items[0] is None or None in rest or (items[1] is None and splash is not None):
+        raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
+    return Target(items[0], items[1], layer, rest)
+
+
+def check(
+    handles: tuple[Handle, Handle | None, str, tuple[Handle, ...]],
+    given: dict[str, Any],
+    realign: bool,
+    failed: str,
+) -> None:
+    """Raise ValueError while a splash that could not be made could not be made now either.
+
+    failed : digest of what it could not be made of; "" where it could not be read
+    """
+    from ...core.pipeline import prepare_frame
+
+    if not all(handle is None or handle.find() for handle in (*handles[:2], *handles[3])):
+        return  # nobody misses it
+    target = found(*handles)
+    owner = bpy.context.scene if target.splash is None else target.splash
+    settings = SplashSettings(**(vars(to_settings(owner.splash.settings)) | given))
+    request = snapshot(bpy.context, target, settings, realign)
+    frame = stored_frame(request)
+    scale = frame.scale if frame is not None else None
+    strokes, _ = strokes_from_drawings(request.drawings, settings, scale)
+    prepare_frame(strokes, settings, frame)
+    if failed and request.digest == failed:
+        raise SceneError("Nothing has changed since it could not be made")
+
+
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
     from ...core.pipeline import make_splash
@@ -225,6 +261,7 @@ def compute(request: Request, report: Report) -> Result:
         device=generator.device,
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
+        fastest=float(generator.fastest),
     )
 
 
@@ -287,7 +324,14 @@ def write_splash(
 ) -> None:
     """Write a result into a splash object, on its sketch."""
     before = mesh_space.space_of(splash.data)
-    space = follow.settle(splash, sketch, request.moved) if splash.splash.version else before
+    space = before
+    if splash.splash.version:
+        space = follow.settle(splash, sketch, request.moved)
+        if splash.parent is not None and splash.parent.type in STROKE_TYPES:
+            if splash.parent not in (sketch, *others_of(splash)):
+                follow.attach(splash, sketch)  # it followed the sketch that it was made of before
+    elif context.scene.splash.follow:
+        follow.attach(splash, sketch)
     lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
     follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
@@ -304,7 +348,8 @@ def remember(
     record = splash.splash
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
-    record.made_of = request.digest
+    record.made_of, record.made_with = request.digest, repr(request.settings)
+    record.fastest = result.fastest
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
     record.weights_hash = result.weights_hash

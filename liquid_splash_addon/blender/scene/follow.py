@@ -21,7 +21,9 @@ from ...core.sketch.drawing import Drawing
 from ...core.sketch.local_frame import Frame
 from ...core.sketch.strokes import Stroke
 from ..data.frame_text import frame_from_text
+from ..data.properties import owner_of
 from . import mesh_space, places
+from .objects import SceneError
 
 SAME = 1e-5
 """Share of a splash's size by which two places may differ and still be the same."""
@@ -104,8 +106,30 @@ def carry_owned(splash: bpy.types.Object, before: np.ndarray, after: np.ndarray)
         return
     change = Matrix((after @ np.linalg.inv(before)).tolist())
     for item in splash.children:
-        if item.splash.owner == splash and item.is_editable:
+        if owner_of(item) == splash and item.is_editable:
             item.matrix_parent_inverse = change @ item.matrix_parent_inverse
+
+
+def attach(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
+    """Make a splash the child of its sketch, where it stands: it moves along, without a run.
+
+    Does nothing for a sketch that is scaled to zero.
+    """
+    place = as_array(places.world_matrix(splash))
+    try:
+        inverse = places.inverted(places.world_matrix(sketch), sketch.name)
+    except SceneError:
+        return
+    splash.parent, splash.parent_type = sketch, "OBJECT"
+    splash.matrix_parent_inverse = Matrix(inverse.tolist())
+    places.move_to(splash, place)
+
+
+def detach(splash: bpy.types.Object) -> None:
+    """Make a splash no child any more, where it stands."""
+    place = as_array(places.world_matrix(splash))
+    splash.parent = None
+    places.move_to(splash, place)
 
 
 def remember(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:

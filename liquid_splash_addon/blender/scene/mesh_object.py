@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.settings import MotionSettings
-from ..data.properties import assign_settings, to_settings
+from ..data.properties import assign_settings, owner_of, to_settings
 from . import carried, mesh_space, places
 from .material import water_material
 
@@ -168,6 +168,6 @@ def show_in_local_views(item: bpy.types.Object, origin: bpy.types.Object) -> Non
 
 def discard(item: bpy.types.Object) -> None:
     """Delete an object that was half made, with its mesh and what belongs to it."""
-    for own in [other for other in item.children if other.splash.owner == item]:
+    for own in [other for other in item.children if owner_of(other) == item]:
         discard(own)
     bpy.data.meshes.remove(item.data)

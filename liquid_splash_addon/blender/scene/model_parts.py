@@ -91,8 +91,8 @@ def dissolve(model: bpy.types.Object) -> None:
 
 
 def make_child(splash: bpy.types.Object, model: bpy.types.Object) -> None:
-    """Make ``splash`` a child of ``model``, at its place, unless it has a parent already."""
-    if splash.parent is None:
+    """Make ``splash`` a child of ``model``, at its place, unless the artist gave it a parent."""
+    if splash.parent is None or splash.parent == splash.splash.sketch:
         place = places.world_matrix(splash)
         splash.parent = model
         splash.matrix_parent_inverse = places.world_matrix(model).inverted()

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..data import opened_files
 from .objects import Handle
-from .obstacles import pieces_of
+from .obstacles import chosen_kind, pieces_of
 
 NAME = "Splash Obstacles (temporary)"
 MARK = "splash_obstacles_only"
@@ -86,8 +86,8 @@ class Sampler:
         items = [item for item in (handle.find() for handle in self._items) if item is not None]
         for piece in pieces_of(graph, items):
             key = (piece.item.session_uid, piece.source.session_uid, piece.number)
-            kind = piece.source.splash_obstacle.kind
-            moving = self._found.setdefault(key, Moving(piece.source.name, kind))
+            new = Moving(piece.source.name, chosen_kind(piece))
+            moving = self._found.setdefault(key, new)
             place = self._to_splash @ piece.matrix
             points = piece.vertices @ place[:3, :3].T + place[:3, 3]
             while len(moving.poses) <= self._count:  # more than one where it was not there before

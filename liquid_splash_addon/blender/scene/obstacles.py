@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..data.model import is_model
-from ..data.properties import is_splash, plain
+from ..data.properties import is_splash, owner_of, plain
 from .mesh_object import read_triangles
 from .mesh_space import liquid_inverse
 
@@ -146,9 +146,7 @@ def own_obstacle(piece: Piece) -> Obstacle:
     """Return a mesh as an obstacle in its own space. Raises ObstacleError."""
     from ...core.obstacles.obstacles import obstacle_from_mesh
 
-    kind, name = piece.source.splash_obstacle.kind, piece.source.name
-    if kind == "AUTO" and piece.item != piece.source:
-        kind = piece.item.splash_obstacle.kind
+    kind, name = chosen_kind(piece), piece.source.name
     digest = hashlib.sha256(f"{kind} {name}".encode())
     for values in (piece.vertices, piece.faces):
         digest.update(np.ascontiguousarray(values).tobytes())
@@ -158,6 +156,14 @@ def own_obstacle(piece: Piece) -> Obstacle:
             del _known[next(iter(_known))]
         _known[key] = obstacle_from_mesh(piece.vertices, piece.faces, name, kind)
     return _known[key]
+
+
+def chosen_kind(piece: Piece) -> str:
+    """Return what an artist wants a mesh to count as: its own choice before its instancer's."""
+    for item in (piece.source, piece.item):
+        if item.is_property_set("splash_obstacle") and item.splash_obstacle.kind != "AUTO":
+            return str(item.splash_obstacle.kind)
+    return "AUTO"
 
 
 def placed(obstacle: Obstacle, matrix: np.ndarray) -> Obstacle:
@@ -186,7 +192,7 @@ def obstacles_key(obstacles: Sequence[Obstacle], clearance: float) -> tuple[str,
 
 def is_liquid(item: bpy.types.Object) -> bool:
     """Whether an object is a splash or a model, or belongs to one."""
-    return is_splash(item) or is_model(item) or item.splash.owner is not None
+    return is_splash(item) or is_model(item) or owner_of(item) is not None
 
 
 def candidates(collection: bpy.types.Collection) -> list[bpy.types.Object]:

@@ -48,6 +48,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
     bl_label = "Refinements"
     bl_parent_id = "SPLASH_PT_main"
     bl_order = 1
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
