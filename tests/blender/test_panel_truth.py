@@ -145,7 +145,7 @@ def test_next_and_previous_seed():
     assert settings.seed == 2**31 - 1, "it goes round"
 
 
-@pytest.mark.parametrize("pace", [0.1, 1.0, 30.0])
+@pytest.mark.parametrize("pace", [0.1, 1.0, 5.0])
 def test_fit_speed_brings_strokes_into_the_trained_range(pace: float):
     add_sketch(slower(fan(), pace))
     splash = generate()

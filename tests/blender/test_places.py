@@ -287,7 +287,7 @@ def test_whatever_is_done_to_the_sketch(way: Callable, relation: str):
     bpy.context.view_layer.update()
     for _ in range(2):
         regenerate(splash)
-        assert off_sketch(splash) == pytest.approx(off, rel=0.02, abs=1e-4)
+        assert off_sketch(splash) == pytest.approx(off, rel=0.05, abs=1e-4)
 
 
 SPLASH_WAYS = [apply_transform, set_origin]
@@ -349,7 +349,7 @@ def test_unit_scale_and_a_line_sketch():
     off = off_sketch(splash)
     apply_transform(sketch)
     regenerate(splash)
-    assert off_sketch(splash) == pytest.approx(off, abs=1e-4)
+    assert off_sketch(splash) == pytest.approx(off, abs=1e-3)
 
 
 def test_a_mirrored_sketch_gives_the_mirror_image_facing_outward():

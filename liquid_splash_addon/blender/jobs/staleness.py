@@ -21,8 +21,8 @@ from . import generate, work_queue
 PATIENCE = 0.3
 """Seconds after a change before strokes are looked at."""
 
-_stale: dict[int, bool] = {}
-"""Whether the strokes or obstacles of splashes have changed, by session_uid, as last seen."""
+_seen: dict[int, str] = {}
+"""Digests of what splashes would be made of, by session_uid, when it was last looked at."""
 
 _waiting: set[Handle] = set()
 """Splashes that are to be looked at."""
@@ -35,23 +35,22 @@ def is_out_of_date(splash: bpy.types.Object) -> bool:
         return True
     if bpy.app.background:  # no timers
         look()
-    return _stale.get(splash.session_uid, False)
+    return _seen.get(splash.session_uid, record.made_of) != record.made_of
 
 
-def has_changed(splash: bpy.types.Object) -> bool:
-    """Whether strokes or obstacles of a splash are others than it was made of; reads all of them.
+def digest_now(splash: bpy.types.Object) -> str:
+    """Return the digest of what a splash would be made of now; reads all of its strokes.
 
-    False where it cannot be told: that is a problem of its own.
+    That of what it was made of where it cannot be told: that is a problem of its own.
     """
-    if not splash.splash.made_of or splash.splash.sketch is None:
-        return False
+    made_of = str(splash.splash.made_of)
+    if splash.splash.sketch is None:
+        return made_of
     settings = to_settings(splash.splash.settings)
     try:
-        return generate.snapshot(bpy.context, target_of(splash), settings).digest != (
-            splash.splash.made_of
-        )
+        return generate.snapshot(bpy.context, target_of(splash), settings).digest
     except ValueError:
-        return False
+        return made_of
 
 
 def look() -> None:
@@ -60,7 +59,7 @@ def look() -> None:
     _waiting.clear()
     for splash in waiting:
         if splash is not None and splash.splash.made_of:
-            _stale[splash.session_uid] = has_changed(splash)
+            _seen[splash.session_uid] = digest_now(splash)
 
 
 def look_later() -> float | None:
@@ -70,11 +69,6 @@ def look_later() -> float | None:
     look()
     work_queue.redraw_sidebars()
     return None
-
-
-def was_made(splash: bpy.types.Object) -> None:
-    """Note that a splash is up to date."""
-    _stale.pop(splash.session_uid, None)
 
 
 def sources_of(splash: bpy.types.Object) -> Iterable[bpy.types.Object]:
@@ -105,7 +99,7 @@ def notice(_scene: Any, graph: bpy.types.Depsgraph) -> None:
 @bpy.app.handlers.persistent
 def forget(_file: Any = None, _unused: Any = None) -> None:
     """Forget everything: another file is opened."""
-    _stale.clear()
+    _seen.clear()
     _waiting.clear()
 
 

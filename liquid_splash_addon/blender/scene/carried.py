@@ -187,7 +187,9 @@ def barycentric(points: np.ndarray, corners: np.ndarray, beyond: float) -> np.nd
     area = np.where(flat, 1.0, area)
     v = np.where(flat, 1 / 3, (bb * pa - ab * pb) / area)
     w = np.where(flat, 1 / 3, (aa * pb - ab * pa) / area)
-    found = np.stack([1 - v - w, v, w], axis=1).clip(-beyond, 1 + beyond)
+    found = np.stack([1 - v - w, v, w], axis=1)
+    far = ((found < -beyond) | (found > 1 + beyond)).any(axis=1)
+    found[far] = found[far].clip(0, 1)
     return np.asarray(found / found.sum(axis=1, keepdims=True))
 
 

@@ -87,11 +87,18 @@ def settle(
     place = as_array(places.world_matrix(splash)) @ space
     corners = corners_of(frame_from_text(record.frame) if record.frame else None)
     world = now @ moved @ np.linalg.inv(then)
+    carried = sketch_motion(splash, sketch)
     change = world
-    if is_same(place, world @ before, corners) or is_same(world @ place, place, corners):
+    if is_same(place, world @ before, corners):
         change = np.eye(4)
-    elif not is_same(place, before, corners) and places.is_child(splash, sketch):
-        change = clean(world @ np.linalg.inv(sketch_motion(splash, sketch)), corners)
+    elif is_same(place, carried @ before, corners):
+        change = clean(world @ np.linalg.inv(carried), corners)  # its strokes stayed behind
+    elif is_same(place, before, corners):
+        change = world
+    elif is_same(world @ place, place, corners):
+        change = np.eye(4)
+    elif places.is_child(splash, sketch):
+        change = clean(world @ np.linalg.inv(carried), corners)
     target = change @ place @ np.linalg.inv(moved)
     if not np.array_equal(change, np.eye(4)) and not places.is_driven(splash):
         places.move_to(splash, target @ np.linalg.inv(space))

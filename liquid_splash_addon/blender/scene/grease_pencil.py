@@ -63,7 +63,7 @@ def read_drawings(
     return drawings_with_pressure(drawings), warnings
 
 
-HIDDEN, LOCKED, FADED, UNSEEN, FILL, CLEAR = range(6)
+HIDDEN, LOCKED, FADED, UNSEEN, FILL, CLEAR = range(1, 7)
 LEFT_OUT = {
     HIDDEN: "Left out {} hidden layer(s): show them to include them",
     LOCKED: "Left out {} locked layer(s): unlock them to include them",

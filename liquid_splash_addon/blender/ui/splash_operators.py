@@ -31,7 +31,7 @@ class SPLASH_OT_step_seed(SplashMaker, bpy.types.Operator):
     """Make the splash of the next or the previous seed"""
 
     bl_description = (
-        "Make the splash that the next seed gives: another one of the same strokes. Where Variation "
+        "Make the splash that the next seed gives: another of the same strokes. Where Variation "
         "is 0, it is set to 0.5, because then all seeds give the same"
     )
     bl_idname = "splash.step_seed"
