@@ -352,7 +352,7 @@ class Fuzz:
         self.is_offset = True
 
     def do_both_moved(self) -> None:
-        """Move both, as both selected would be."""
+        """Move both, as both selected would be; what is done afterwards is told from it by a run."""
         if places.is_child(self.splash, self.sketch) or places.is_driven(self.sketch):
             return
         change = self.place()
@@ -361,6 +361,8 @@ class Fuzz:
                 item.matrix_basis = change @ item.matrix_basis
             else:
                 self.is_offset = True
+        bpy.context.view_layer.update()
+        self.do_regenerate()
 
     def do_hide_splash(self) -> None:
         self.splash.hide_viewport = True
