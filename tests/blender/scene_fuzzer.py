@@ -352,7 +352,7 @@ class Fuzz:
         self.is_offset = True
 
     def do_both_moved(self) -> None:
-        """Move both, as both selected would be; what is done afterwards is told from it by a run."""
+        """Move both, as both selected would be, and make the splash again."""
         if places.is_child(self.splash, self.sketch) or places.is_driven(self.sketch):
             return
         change = self.place()
