@@ -81,7 +81,8 @@ class ModelTask:
         for part in self.parts:
             source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
-        return f"{source.hexdigest()[:16]} {self.settings!r} {self.waves!r} {around!r}"
+        found = f"{source.hexdigest()[:16]} {self.settings!r} {self.waves!r} {around!r}"
+        return f"{found} {self.left_out!r}" if self.left_out else found
 
 
 def task_of(model: bpy.types.Object) -> ModelTask:

@@ -54,7 +54,8 @@ class Task:
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
-        return self.key_with(self.steps)
+        key = self.key_with(self.steps)
+        return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
         """Return the key that the task would have with other steps."""

@@ -118,9 +118,9 @@ def adopt_parts(model: bpy.types.Object) -> None:
         if original.parent == original.splash.owner:
             copy.parent = model
             copy.matrix_parent_inverse = original.matrix_parent_inverse
+        index.forget()  # Blender tells of the copy later
         copy.splash.owner, part.splash = model, copy
         part.name = copy.name
-        index.forget()  # Blender tells of the copy later
 
 
 def place_in(model: bpy.types.Object, splash: bpy.types.Object) -> np.ndarray:
