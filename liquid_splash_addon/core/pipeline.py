@@ -188,5 +188,5 @@ def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:
         return []
     return [
         f"Strokes reach {speed:.1f} m/s, the generator knows speeds up to {fastest:.1f} m/s: "
-        "faster parts are treated as that (lower Speed Gain)"
+        "faster parts are treated as that. Fit Speed lowers Speed Gain to suit"
     ]

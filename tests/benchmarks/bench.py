@@ -17,6 +17,7 @@ from tests.benchmarks import (
     simulation,
     synthesis,
 )
+from tests.benchmarks.machine import about_file, describe
 
 AREAS = (synthesis.measure, networks.measure, refinement.measure, simulation.measure,
          animation.measure, interface.measure, capture.measure)  # fmt: skip
@@ -34,6 +35,7 @@ def main() -> None:
             print(f"{name:40} {value:10.3f}", flush=True)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(numbers, indent=2) + "\n")
+    about_file(out).write_text(json.dumps(describe(), indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
+from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame, fit_frame
+from ..data import stored_liquid
 from ..data.preferences import weights_path
 from ..data.properties import plain, to_settings
-from ..scene.raw_strokes import rigid_matrix
+from ..scene import follow, places
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, find_target
 from . import generate, work_queue
@@ -108,11 +110,20 @@ def ask(context: bpy.types.Context) -> Question | None:
         target.sketch.session_uid,
         drawings,
         settings,
-        None if record is None else generate.kept_frame(record),
+        None if target.splash is None else kept_frame(target.splash, target.sketch, drawings),
         plain(record.frame_real_size) if record else 0.0,
-        np.array(rigid_matrix(target.sketch), dtype=np.float64),
+        np.array(places.rigid_matrix(target.sketch), dtype=np.float64),
         weights_path(context),
     )
+
+
+def kept_frame(
+    splash: bpy.types.Object, sketch: bpy.types.Object, drawings: list[Drawing]
+) -> Frame | None:
+    """Return the frame that the splash would be made again in, moved as its strokes were."""
+    strokes = strokes_of(stored_liquid.read(splash.data)[0])
+    moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
+    return generate.kept_frame(splash.splash, moved)
 
 
 def read() -> Work:

@@ -12,7 +12,13 @@ import numpy as np
 
 from ...core.sketch.drawing import Drawing, fault_of
 from ...core.sketch.flow import Flow
-from .grease_pencil import drawn_strokes, has_strokes, is_hidden, layer_matrix
+from .grease_pencil import (
+    drawn_strokes,
+    has_strokes,
+    is_hidden,
+    is_in_locked_group,
+    layer_matrix,
+)
 from .objects import SceneError
 from .raw_strokes import BEZIER, NURBS, RawStroke, read_attribute, to_drawing
 from .world_strokes import can_be_drawn_on
@@ -117,7 +123,7 @@ def is_editable(layer: Any) -> bool:
 
 def is_locked(layer: Any) -> bool:
     """Whether a layer, or a group that holds it, is locked."""
-    return layer.lock or (layer.parent_group is not None and is_locked(layer.parent_group))
+    return layer.lock or is_in_locked_group(layer)
 
 
 def sentence_about(layer: Any) -> str:

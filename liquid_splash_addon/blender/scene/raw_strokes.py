@@ -18,9 +18,7 @@ from dataclasses import fields, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import bpy
 import numpy as np
-from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing, tangents
 from ...core.sketch.flow import Flow
@@ -60,12 +58,6 @@ class RawStroke(NamedTuple):
     is_cyclic: bool = False
     nurbs: Nurbs | None = None
     flow: Flow | None = None
-
-
-def rigid_matrix(item: bpy.types.Object) -> Matrix:
-    """Return the object's place and turn in the world, without its scale."""
-    location, rotation, _ = item.matrix_world.decompose()
-    return Matrix.LocRotScale(location, rotation, None)
 
 
 def raw_strokes(owner: Any, offsets: Any) -> Iterator[RawStroke]:

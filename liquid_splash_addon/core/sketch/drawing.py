@@ -226,7 +226,7 @@ def usable_drawings(drawings: Sequence[Drawing]) -> tuple[list[Drawing], list[in
             "draw a longer one"
         )
     warnings = [
-        f"Left out {faults.count(fault)} stroke(s) {fault}: Select Strokes shows them"
+        f"Left out {faults.count(fault)} stroke(s) {fault}"
         for fault in dict.fromkeys(filter(None, faults))
     ]
     return usable, [n for n, fault in enumerate(faults) if fault], warnings
