@@ -153,3 +153,10 @@ def test_the_menu_is_in_the_panel_and_lists_the_presets():
     for name, preset in PRESETS.items():
         about = SPLASH_OT_preset_sketch.description(bpy.context, SimpleNamespace(preset=name))
         assert about.startswith(preset.about)
+
+
+def test_a_preset_is_active_in_the_scene_that_blender_starts_with() -> None:
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    assert bpy.ops.splash.preset_sketch(preset="CROWN") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == bpy.data.objects["Crown Sketch"]
+    assert bpy.ops.splash.generate.poll()
