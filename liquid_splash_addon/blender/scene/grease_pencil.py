@@ -97,11 +97,14 @@ def faults_of(owner: bpy.types.Object, layer: Any) -> list[int | None]:
     drawing.curve_offsets.foreach_get("value", bounds)
     numbers = read_attribute(drawing, "material_index")
     opacities = read_attribute(drawing, "opacity")
+    unseen = read_attribute(drawing, "hide_stroke")
     slots = [fault_of_material(slot.material) for slot in owner.material_slots]
     found: list[int | None] = []
     for stroke, (first, last) in enumerate(pairwise(bounds.tolist())):
         number = 0 if numbers is None else int(numbers[stroke])
         fault = slots[number] if 0 <= number < len(slots) else None
+        if fault is None and unseen is not None and unseen[stroke]:
+            fault = FILL
         if fault is None and opacities is not None and not opacities[first:last].any():
             fault = CLEAR
         found.append(fault)
@@ -115,7 +118,8 @@ def fault_of_material(material: bpy.types.Material | None) -> int | None:
         return None
     if style.hide:
         return UNSEEN
-    return None if style.show_stroke else FILL
+    # Later versions ask the strokes themselves, and the flag says nothing any more.
+    return FILL if bpy.app.version < (5, 1, 0) and not style.show_stroke else None
 
 
 def drawn_strokes(layer: Any) -> list[RawStroke]:

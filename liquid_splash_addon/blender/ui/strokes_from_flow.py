@@ -84,6 +84,7 @@ class SPLASH_OT_strokes_from_flow(QueuedOperator, bpy.types.Operator):
         add_strokes(sketch, drawings)
         if item is not None:
             sketch.name = f"{item.name} Sketch"
+        context.view_layer.update()
         select_only(context, sketch)
         self.report({"INFO"}, f"{len(drawings)} strokes: Generate Splash makes a splash of them")
 
