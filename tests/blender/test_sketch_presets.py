@@ -147,7 +147,8 @@ def test_the_menu_is_in_the_panel_and_lists_the_presets():
     assert "SPLASH_MT_preset_sketches" in panel.names("menu")
     menu = Recorder()
     SPLASH_MT_preset_sketches.draw(SimpleNamespace(layout=menu), bpy.context)
-    labels = [text for method, _, text in menu.shown if method == "operator"]
+    presets = ("operator", SPLASH_OT_preset_sketch.bl_idname)  # others may add entries of their own
+    labels = [text for *shown, text in menu.shown if tuple(shown) == presets]
     assert labels == [preset.label for preset in PRESETS.values()]
     assert menu.names("preset") == list(PRESETS)
     for name, preset in PRESETS.items():
