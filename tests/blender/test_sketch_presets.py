@@ -147,9 +147,17 @@ def test_the_menu_is_in_the_panel_and_lists_the_presets():
     assert "SPLASH_MT_preset_sketches" in panel.names("menu")
     menu = Recorder()
     SPLASH_MT_preset_sketches.draw(SimpleNamespace(layout=menu), bpy.context)
-    labels = [text for method, _, text in menu.shown if method == "operator"]
+    presets = ("operator", SPLASH_OT_preset_sketch.bl_idname)  # others may add entries of their own
+    labels = [text for *shown, text in menu.shown if tuple(shown) == presets]
     assert labels == [preset.label for preset in PRESETS.values()]
     assert menu.names("preset") == list(PRESETS)
     for name, preset in PRESETS.items():
         about = SPLASH_OT_preset_sketch.description(bpy.context, SimpleNamespace(preset=name))
         assert about.startswith(preset.about)
+
+
+def test_a_preset_is_active_in_the_scene_that_blender_starts_with() -> None:
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    assert bpy.ops.splash.preset_sketch(preset="CROWN") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == bpy.data.objects["Crown Sketch"]
+    assert bpy.ops.splash.generate.poll()

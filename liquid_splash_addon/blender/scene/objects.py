@@ -47,12 +47,13 @@ def check_writable(item: bpy.types.Object) -> None:
 def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     """Select ``item`` alone and make it the active object, if the view layer shows it."""
     layer = context.view_layer
+    is_visible = item.visible_get()  # asking makes the view layer list what was just linked
     if layer.objects.get(item.name) != item:
         return
     for other in context.selected_objects:
         other.select_set(False)
     layer.objects.active = item
-    if item.visible_get():
+    if is_visible:
         item.select_set(True)
 
 
