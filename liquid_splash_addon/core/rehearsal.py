@@ -84,7 +84,7 @@ class Rehearsal:
         """Refine the draft, as stored in a file, and refine it again after applying that."""
         stored = StoredSplash(self.splash.fields, self.splash.strokes)
         stored = StoredSplash.from_bytes(stored.to_bytes())
-        refiner = Refiner(stored.fields)
+        refiner = Refiner(stored.fields, strokes=stored.strokes)
         refiner.refine(FRESH, part_of(report, 0.0, 0.5))
         refiner.refine(STORM, part_of(report, 0.5, 0.8))
         applied = replace(stored, applied=refiner.applied(FRESH))

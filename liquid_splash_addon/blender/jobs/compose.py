@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ...core.refinement.settings import RefinementSettings, WaveSettings
+from ...core.refinement.settings import RefinementSettings, SheetSettings, WaveSettings
 from ...core.settings import ModelSettings
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
@@ -51,8 +51,9 @@ class PartTask:
 
     @property
     def steps(self) -> list[RefinementSettings]:
-        """Its refinements except waves: the model adds its own after joining."""
-        return [step for step in self.task.steps if not isinstance(step, WaveSettings)]
+        """Its refinements except sheets and waves: the model adds its own after joining."""
+        kinds = (SheetSettings, WaveSettings)
+        return [step for step in self.task.steps if not isinstance(step, kinds)]
 
     @property
     def key(self) -> str:
@@ -68,6 +69,7 @@ class ModelTask:
 
     parts: list[PartTask]
     settings: ModelSettings
+    sheets: SheetSettings | None
     waves: WaveSettings | None
     obstacles: list[Obstacle]
     clearance: float
@@ -79,7 +81,9 @@ class ModelTask:
         for part in self.parts:
             source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
-        return f"{source.hexdigest()[:16]} {self.settings!r} {self.waves!r} {around!r}"
+        return (
+            f"{source.hexdigest()[:16]} {self.settings!r} {self.sheets!r} {self.waves!r} {around!r}"
+        )
 
 
 def task_of(model: bpy.types.Object) -> ModelTask:
@@ -102,6 +106,7 @@ def read_task(model: bpy.types.Object) -> ModelTask:
     return ModelTask(
         [read_part(part, model) for part in group.parts if part.show],
         to_settings(group.settings, ModelSettings),
+        to_settings(group.sheets, SheetSettings) if group.use_sheets else None,
         to_settings(group.waves, WaveSettings) if group.use_waves else None,
         *obstacles_of(model),
     )
@@ -125,7 +130,7 @@ def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
     return the_composer().compose(
         refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
-        part_of(report, 0.3, 1.0),
+        part_of(report, 0.3, 1.0), task.sheets,
     )  # fmt: skip
 
 

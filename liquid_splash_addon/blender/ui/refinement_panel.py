@@ -16,6 +16,7 @@ from .panels import SplashPanel, draw_eye, draw_text, draw_warnings, settings_co
 ICONS = {
     "DROPLETS": "META_BALL",
     "RUPTURES": "MOD_EXPLODE",
+    "SHEETS": "MOD_CLOTH",
     "WAVES": "MOD_WAVE",
     "CLEANUP": "BRUSH_DATA",
 }

@@ -105,7 +105,7 @@ def add_waves(mesh: Mesh, settings: WaveSettings, spacing: float) -> tuple[Mesh,
 
 
 def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
-    """Return the edge length (m) that the settings need: a cell or a sixth of a wavelength.
+    """Return the edge length (m) that the settings need: ``spacing`` or a sixth of a wavelength.
 
     It is reduced in steps of sqrt(2), so that most changes of a slider need no new
     :class:`WaveMesh`, and not so far that there would be more than MOST_TRIANGLES.
@@ -117,10 +117,12 @@ def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
     return float(edge)
 
 
-def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
+def prepare(mesh: Mesh, edge: float, spacing: float, room: np.ndarray | None = None) -> WaveMesh:
     """Return ``mesh`` remeshed to ``edge`` (m), with all that does not depend on the sliders.
 
-    spacing : the grid's cell, metres. Raises NotClosedError.
+    spacing : the grid's cell, metres; room : float32 ``(n,)``, half the thickness at each vertex,
+    m, where it is known, as vertices of thin films lie too far apart to measure it. Raises
+    NotClosedError.
     """
     remeshed = isotropic(mesh.vertices, mesh.faces, edge)
     even = Mesh(
@@ -133,6 +135,8 @@ def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
     # Of the old mesh: its vertices are never more than a cell apart, and not too many.
     old_normals = vertex_normals(mesh.vertices, mesh.faces)
     sides = thickness_and_clearance(mesh.vertices, old_normals, CLEARANCE_REACH * spacing)
+    if room is not None:  # waves leave a film about as thick as it is
+        sides = tuple(np.minimum(side, room) for side in sides)
     inward, outward = (
         operator.diffuse(CLEARANCE_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
     )
