@@ -33,7 +33,7 @@ def add(kind: str) -> object:
     return stack.items[stack.active]
 
 
-@pytest.mark.parametrize("kind", ["DROPLETS", "RUPTURES", "WAVES"])
+@pytest.mark.parametrize("kind", ["DROPLETS", "RUPTURES", "SHEETS", "WAVES"])
 def test_a_refinement_changes_the_mesh_and_an_eye_switches_it_off(splash, kind):
     plain, fields = vertices(splash), stored_liquid.read(splash.data)[0]
     item = add(kind)

@@ -181,6 +181,10 @@ class SheetSettings(RefinementSettings):
     drops: float = setting(
         0.5, "Drops", "How many drops the fingers have shed", low=0.0, high=2.0, soft=1.0,
     )  # fmt: skip
+    holes: float = setting(
+        0.0, "Holes", "How many holes have opened in the oldest, thinnest film",
+        low=0.0, high=1.0,
+    )  # fmt: skip
     fairing: float = setting(
         1.0, "Fairing", "How far sheets are smoothed, both sides together: by half a cell at most",
         low=0.0, high=1.0,
@@ -188,7 +192,7 @@ class SheetSettings(RefinementSettings):
     seed: int = setting(
         0,
         "Seed",
-        "Number that picks one of the possible sets of beads, fingers and drops",
+        "Number that picks one of the possible sets of beads, fingers, drops and holes",
         low=0,
         high=2**31 - 1,
     )

@@ -19,6 +19,7 @@ from ..mesh.self_intersection import take_back
 from ..numeric.triangles import enclosed_volume
 from .drop_meshes import DropCloud
 from .fingers import grow
+from .holes import choose_holes, punch
 from .rim_beads import bead_swelling, beads
 from .settings import RefinementSettings, SheetSettings
 from .sheet_mesh import SheetMesh, averaged
@@ -105,6 +106,8 @@ def add_sheets(prepared: SheetMesh, settings: SheetSettings, flow: Flow | None =
     if settings.fingers > 0:
         made, radii, cloud = grow(made, middle, found, rim, settings, prepared.spacing)
         room = np.concatenate([room, radii])
+    if settings.holes > 0:
+        made, room = punch(made, room, prepared, choose_holes(prepared, film, settings))
     before = enclosed_volume(mesh.vertices, mesh.faces)
     change = (enclosed_volume(made.vertices, made.faces) + cloud.volume) / max(before, 1e-30) - 1
     return Sheeted(made, room, cloud, found, film, rim, change, warnings + nothing_thin(prepared))

@@ -83,7 +83,7 @@ class StoredSplash:
     def version(self) -> int:
         """The oldest version of the container that holds it."""
         if self.applied is not None and self.applied.sheets is not None:
-            return 3
+            return VERSION
         return 1 if self.flowed is None else 2
 
     def to_bytes(self) -> bytes:

@@ -138,6 +138,22 @@ def test_fingers_and_drops_follow_the_outward_flow(flat):
     assert not len(add_sheets(calm, replace(PLAIN, fingers=1.0)).cloud.radii)
 
 
+def test_holes_open_the_film_and_have_rims(flat):
+    whole = add_sheets(flat, PLAIN)
+    made = add_sheets(flat, replace(PLAIN, holes=1.0))
+    mesh = made.mesh
+    assert is_manifold(mesh.faces) and not crossing_faces(mesh.vertices, mesh.faces).any()
+    assert len(made.room) == len(mesh.vertices)
+
+    def holes(mesh):  # the Euler characteristic of a disc's surface is 2; each hole takes 2 off
+        edges = len(mesh.faces) * 3 // 2
+        return (2 - (len(mesh.vertices) - edges + len(mesh.faces))) // 2
+
+    assert holes(whole.mesh) == 0
+    assert holes(mesh) >= 2
+    assert made.volume_change == pytest.approx(whole.volume_change, abs=0.03)
+
+
 def test_turned_liquid_gives_turned_sheets():
     mesh = disc()
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]], dtype=np.float32)
