@@ -55,7 +55,7 @@ class Root:
     tip : number of the vertex that becomes its tip
     ring : numbers of the vertices around it, counterclockwise from outside
     place : ``(3,)``, middle of its bead, m
-    along : ``(3,)``, unit, its direction
+    along, aside : ``(3,)``, unit, its direction and one across it
     radius, length : m
     velocity : ``(3,)``, m/s
     """
@@ -64,6 +64,7 @@ class Root:
     ring: list[int]
     place: np.ndarray
     along: np.ndarray
+    aside: np.ndarray
     radius: float
     length: float
     velocity: np.ndarray
@@ -111,9 +112,9 @@ def find_roots(
     corners, first = counting_sort(mesh.faces.reshape(-1), len(mesh.vertices))
     roots, taken = [], np.zeros(len(mesh.vertices), dtype=bool)
     for bead in found.tolist():
-        lengths, tilt = rng.uniform(0.25, 1.0), TILT * rng.normal(size=3)
+        lengths, tilt = rng.uniform(0.25, 1.0), TILT * rng.normal(size=2)
         place, radius = middles[bead].astype(np.float64), float(rim[bead])
-        close = np.array(tree.query_ball_point(place, 3.5 * radius))
+        close = np.array(tree.query_ball_point(place, 3.5 * radius), dtype=np.int64)
         flow = mesh.velocities[close].mean(axis=0).astype(np.float64)
         speed = np.linalg.norm(flow)
         if len(close) < 12 or speed == 0:
@@ -123,19 +124,37 @@ def find_roots(
         lead = float(flow @ out) / speed
         if lead < OUTWARD:
             continue
-        along = out + lead * flow / speed + tilt
+        along = out + lead * flow / speed
         along /= np.linalg.norm(along)
         near = close[np.linalg.norm(mesh.vertices[close] - place, axis=1) < 2 * radius]
         if not len(near):
             continue
         tip = int(near[np.argmax((mesh.vertices[near] - place) @ along)])
         ring = ring_around(mesh.faces, corners[first[tip] : first[tip + 1]])
-        if taken[tip] or taken[ring].any() or not turns_once(mesh.vertices, tip, ring, along):
+        if not ring or taken[tip] or taken[ring].any():
+            continue
+        along, aside = tilted(along, mesh.vertices[ring[0]] - mesh.vertices[tip], tilt)
+        if not turns_once(mesh.vertices, ring, along):
             continue
         taken[ring], taken[tip] = True, True
         length = settings.fingers * LENGTH * radius * lengths * lead
-        roots.append(Root(tip, ring, place, along, THIN * radius, length, flow))
+        roots.append(Root(tip, ring, place, along, aside, THIN * radius, length, flow))
     return [root for root in roots if root.length > 2 * root.radius]
+
+
+def tilted(
+    along: np.ndarray, to: np.ndarray, tilt: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a direction that is tilted by two angles, and a unit vector across it.
+
+    to : ``(3,)``, towards which the first angle tilts: it turns as the mesh turns.
+    """
+    aside = np.cross(along, np.cross(to, along))
+    aside /= max(np.linalg.norm(aside), 1e-12)
+    out = along + tilt[0] * aside + tilt[1] * np.cross(along, aside)
+    out /= np.linalg.norm(out)
+    aside = np.cross(out, np.cross(aside, out))
+    return out, aside / max(np.linalg.norm(aside), 1e-12)
 
 
 def ring_around(faces: np.ndarray, corners: np.ndarray) -> list[int]:
@@ -175,10 +194,8 @@ def angles_of(points: np.ndarray, middle: np.ndarray, along: np.ndarray) -> np.n
     return np.asarray(angles[0] + np.concatenate([[0.0], np.cumsum(steps)]))
 
 
-def turns_once(points: np.ndarray, tip: int, ring: list[int], along: np.ndarray) -> bool:
+def turns_once(points: np.ndarray, ring: list[int], along: np.ndarray) -> bool:
     """Return whether a ring goes once around the axis through its middle, without turning back."""
-    if not ring:
-        return False
     angles = angles_of(points[ring], points[ring].mean(axis=0), along)
     steps = np.diff(angles)
     return bool((steps > 0.2).all() and abs(angles[-1] - angles[0] - 2 * np.pi) < 1e-3)
@@ -277,9 +294,10 @@ def shed(
         for number in range(MOST_DROPS):
             size = DROP_RADIUS * root.radius * rng.uniform(0.45, 1.0)
             way += DROP_GAP * root.radius * rng.uniform(0.7, 1.3)
-            aside = 0.1 * way * rng.normal(size=3)
+            off = 0.1 * way * rng.normal(size=2)
             if number < wanted:
-                places.append(tip + way * root.along + aside)
+                across = off[0] * root.aside + off[1] * np.cross(root.along, root.aside)
+                places.append(tip + way * root.along + across)
                 speeds.append(root.velocity * (1 + 0.05 * number))
                 radii.append(size)
     if not places:

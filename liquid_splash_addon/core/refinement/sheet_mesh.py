@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.laplacian import laplacian, mean_curvature
+from ..mesh.laplacian import Laplacian, laplacian, mean_curvature
 from ..mesh.local_thickness import thickness_and_clearance
 from ..mesh.mesh import Mesh
 from ..mesh.remeshing import isotropic
+from ..numeric.cell_list import counting_sort
 from ..numeric.triangles import vertex_normals
 from ..sketch.strokes import Stroke, arc_length
 from .sheet_loops import around, smooth, spread, stretching
@@ -116,12 +117,11 @@ def prepare_sheets(
         return SheetMesh(
             even, spacing, whole, whole, points, points, points, none, none, none, whole, none, none
         )  # fmt: skip
-    operator = laplacian(points, even.faces, EDGE * spacing)
+    calm, operator = calmed(even, spacing)
     first, near = operator.first, operator.near
-    calm = smoothed(points, first, near, 6)
     normals = vertex_normals(calm, even.faces)
     room = rooms(calm, normals, first, near, spacing)
-    bend = mean_curvature(laplacian(calm, even.faces, EDGE * spacing), calm, normals)
+    bend = mean_curvature(operator, calm, normals)
     bend = averaged(bend, first, near, 3) * room
     rims = (bend > RIM_BEND) & (room < RIM_ROOM * spacing)
     flat = (np.abs(bend) < FLAT_BEND) & (room < FILM_ROOM * spacing)
@@ -136,6 +136,15 @@ def prepare_sheets(
         distance, rim, ages(faired, strokes, first, near),
         averaged(stretching(points, even.velocities, even.faces), first, near, 12),
     )  # fmt: skip
+
+
+def calmed(mesh: Mesh, spacing: float) -> tuple[np.ndarray, Laplacian]:
+    """Return the vertices ``(n, 3)`` of a mesh without its short bumps, and its Laplacian there."""
+    order, first = counting_sort(mesh.faces.reshape(-1), len(mesh.vertices))
+    # The next vertex of every corner, by its own: in a closed mesh these are the neighbours.
+    near = np.roll(mesh.faces, -1, axis=1).reshape(-1)[order]
+    calm = smoothed(mesh.vertices, first, near, 6)
+    return calm, laplacian(calm, mesh.faces, EDGE * spacing)
 
 
 def smoothed(values: np.ndarray, first: np.ndarray, near: np.ndarray, rounds: int) -> np.ndarray:

@@ -144,9 +144,9 @@ def film_thickness(prepared: SheetMesh, settings: SheetSettings) -> tuple[np.nda
             f"were made {1000 * LEAST_FILM * cell:.2g} mm thick"
         )
     sheets = prepared.share > 0.5
-    if sheets.any() and film > 2 * np.median(prepared.room[sheets]):
+    if sheets.any() and film > 1.8 * np.median(prepared.room[sheets]):
         warnings.append(
-            f"Films of {settings.film:.2g} mm are thicker than the liquid: it keeps its thickness "
+            f"Films of {settings.film:.2g} mm are as thick as the liquid: it keeps its thickness "
             "(lower Film)"
         )
     return np.maximum(thickness, np.float32(LEAST_FILM * cell)), warnings

@@ -189,7 +189,7 @@ def test_what_may_not_change_stays(flat):
 
 def test_bad_input_is_reported(flat):
     thick = add_sheets(flat, replace(PLAIN, film=10.0))
-    assert any("thicker than the liquid" in text for text in thick.warnings)
+    assert any("as thick as the liquid" in text for text in thick.warnings)
     kept = enclosed_volume(thick.mesh.vertices, thick.mesh.faces)
     assert kept == pytest.approx(enclosed_volume(flat.mesh.vertices, flat.mesh.faces), rel=0.1)
     none = add_sheets(flat, replace(PLAIN, film=0.0))
