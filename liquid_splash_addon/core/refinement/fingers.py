@@ -8,6 +8,7 @@ closed. Its tip is that vertex.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,10 @@ from ..numeric.cell_list import counting_sort
 from .drop_meshes import DropCloud
 from .settings import SMALLEST_RADIUS, SheetSettings
 
-LENGTH = 8.0
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+LENGTH = 12.0
 """Length of a finger at full strength, radii of its rim."""
 
 THIN = 0.62
@@ -80,44 +84,61 @@ def grow(
     rim : the rim's radius at each vertex, m; cell : m. Fingers that would meet other liquid are
     left out.
     """
+    from scipy.spatial import cKDTree
+
     rng = np.random.default_rng([settings.seed, 1])
-    roots = find_roots(mesh, middles, found, rim, settings, rng)
+    tree = cKDTree(mesh.vertices)
+    roots = find_roots(mesh, tree, middles, found, rim, settings, rng)
     if not roots:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
     for _ in range(3):
         grown, radii, owner = with_fingers(mesh, roots)
-        crossed = crossing_faces(grown.vertices, grown.faces)
-        bad = np.unique(owner[crossed])
+        close = beside(grown, len(mesh.vertices), roots)
+        bad = np.unique(owner[close][crossing_faces(grown.vertices, grown.faces[close])])
         bad = set(bad[bad >= 0].tolist())
         if not bad:
             break
         roots = [root for number, root in enumerate(roots) if number not in bad]
     else:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
-    return grown, radii, shed(grown, roots, settings, cell, rng)
+    others = cKDTree(grown.vertices[len(mesh.vertices) :])
+    return grown, radii, shed(grown, [tree, others], roots, settings, cell, rng)
+
+
+def beside(mesh: Mesh, count: int, roots: list[Root]) -> np.ndarray:
+    """Return which faces have a vertex near a finger, bool ``(m,)``: only they may be crossed.
+
+    count : vertices before the fingers grew.
+    """
+    near = np.zeros(len(mesh.vertices), dtype=bool)
+    near[count:] = True
+    for root in roots:
+        reach = root.length + 6 * root.radius
+        middle = root.place + 0.5 * root.length * root.along
+        near |= (np.abs(mesh.vertices - middle.astype(np.float32)) < 0.7 * reach).all(axis=1)
+    return np.asarray(near[mesh.faces].any(axis=1))
 
 
 def find_roots(
-    mesh: Mesh, middles: np.ndarray, found: np.ndarray, rim: np.ndarray, settings: SheetSettings,
-    rng: np.random.Generator,
+    mesh: Mesh, tree: cKDTree, middles: np.ndarray, found: np.ndarray, rim: np.ndarray,
+    settings: SheetSettings, rng: np.random.Generator,
 ) -> list[Root]:  # fmt: skip
     """Return where fingers grow: at beads from which the flow leads outward.
 
     Every bead takes its random numbers, whether it has a finger or not: a change of one does not
     change the others.
     """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(mesh.vertices)
     corners, first = counting_sort(mesh.faces.reshape(-1), len(mesh.vertices))
     roots, taken = [], np.zeros(len(mesh.vertices), dtype=bool)
     for bead in found.tolist():
-        lengths, tilt = rng.uniform(0.25, 1.0), TILT * rng.normal(size=2)
+        lengths, tilt = rng.uniform(0.2, 1.0) ** 2, TILT * rng.normal(size=2)
         place, radius = middles[bead].astype(np.float64), float(rim[bead])
         close = np.array(tree.query_ball_point(place, 3.5 * radius), dtype=np.int64)
+        if len(close) < 12:
+            continue
         flow = mesh.velocities[close].mean(axis=0).astype(np.float64)
-        speed = np.linalg.norm(flow)
-        if len(close) < 12 or speed == 0:
+        speed = float(np.linalg.norm(flow))
+        if speed == 0:
             continue
         out = place - mesh.vertices[close].mean(axis=0)
         out /= max(np.linalg.norm(out), 1e-12)
@@ -142,9 +163,7 @@ def find_roots(
     return [root for root in roots if root.length > 2 * root.radius]
 
 
-def tilted(
-    along: np.ndarray, to: np.ndarray, tilt: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def tilted(along: np.ndarray, to: np.ndarray, tilt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return a direction that is tilted by two angles, and a unit vector across it.
 
     to : ``(3,)``, towards which the first angle tilts: it turns as the mesh turns.
@@ -208,7 +227,9 @@ def with_fingers(mesh: Mesh, roots: list[Root]) -> tuple[Mesh, np.ndarray, np.nd
     """
     vertices, velocities = [mesh.vertices.copy()], [mesh.velocities]
     tips = [root.tip for root in roots]
-    kept = ~np.isin(mesh.faces, tips).any(axis=1)
+    is_tip = np.zeros(len(mesh.vertices), dtype=bool)
+    is_tip[tips] = True
+    kept = ~is_tip[mesh.faces].any(axis=1)
     faces, owner = [mesh.faces[kept]], [np.full(int(kept.sum()), -1)]
     radii, count = [np.zeros(0, dtype=np.float32)], len(mesh.vertices)
     for number, root in enumerate(roots):
@@ -281,11 +302,13 @@ def tube_faces(root: Root, rings: int, around: int, count: int) -> np.ndarray:
 
 
 def shed(
-    mesh: Mesh, roots: list[Root], settings: SheetSettings, cell: float, rng: np.random.Generator
-) -> DropCloud:
-    """Return the drops ahead of the fingers that touch neither liquid nor each other."""
-    from scipy.spatial import cKDTree
+    mesh: Mesh, trees: list[cKDTree], roots: list[Root], settings: SheetSettings, cell: float,
+    rng: np.random.Generator,
+) -> DropCloud:  # fmt: skip
+    """Return the drops ahead of the fingers that touch neither liquid nor each other.
 
+    trees : of all vertices.
+    """
     places, speeds, radii = [], [], []
     for root in roots:
         wanted = min(int(rng.poisson(2 * settings.drops)), MOST_DROPS)
@@ -303,7 +326,8 @@ def shed(
     if not places:
         return DropCloud.empty()
     positions, sizes = np.array(places), np.array(radii)
-    clear = cKDTree(mesh.vertices).query(positions)[0] > sizes + 0.7 * cell
+    away = np.min([tree.query(positions)[0] for tree in trees], axis=0)
+    clear = away > sizes + 0.7 * cell
     kept: list[int] = []
     for n in np.flatnonzero(clear).tolist():
         away = np.linalg.norm(positions[kept] - positions[n], axis=1)

@@ -33,44 +33,43 @@ def smooth(values, first, near, factors):
 
 def around(
     points: np.ndarray,
+    sources: np.ndarray,
     width: float,
     own: np.ndarray,
     tensor_weights: np.ndarray,
     normals: np.ndarray,
-    values: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:
     """Return means around each point, weighted by a Gaussian that ends at 2.5 times its width.
 
-    points : float32 ``(n, 3)``, here the middles of both sides of a sheet, so that both take part
-    alike; width : in their unit; own : float32 ``(n,)``, the weight of each point in the means;
-    tensor_weights : float32 ``(n,)``, its weight in the plane; normals : float32 ``(n, 3)``;
-    values : float32 ``(n, k)``, averaged too.
+    points : float32 ``(n, 3)``; sources : float32 ``(m, 3)``, here the middles of both sides of a
+    sheet, so that both take part alike; width : in their unit; own : float32 ``(m,)``, the weight
+    of each source in the means; tensor_weights : float32 ``(m,)``, its weight in the plane;
+    normals : float32 ``(m, 3)``.
 
-    Returns the points' means ``(n, 3)``, the normals of their planes ``(n, 3)`` (the axis of the
-    sum of n n^T, to which it does not matter on which side a normal points), 0 where there is
-    none, and the values' means ``(n, k)``. Where no weight is near, a point keeps what it has.
+    Returns the sources' means ``(n, 3)`` and the normals of their planes ``(n, 3)`` (the axis of
+    the sum of n n^T, to which it does not matter on which side a normal points), 0 where there is
+    none. Where no weight is near, a point keeps its place.
     """
     reach = np.float32(2.5 * width)
-    low = points.min(axis=0)
-    size = tuple(int(n) + 1 for n in (points.max(axis=0) - low) / reach)
-    scaled = ((points - low) / reach).astype(np.float32)
-    order, first = cell_list(scaled, np.zeros(3, dtype=np.float32), np.float32(1), size)
+    low = np.minimum(points.min(axis=0), sources.min(axis=0))
+    high = np.maximum(points.max(axis=0), sources.max(axis=0))
+    size = tuple(int(n) + 1 for n in (high - low) / reach)
+    scaled, placed = (((p - low) / reach).astype(np.float32) for p in (points, sources))
+    order, first = cell_list(placed, np.zeros(3, dtype=np.float32), np.float32(1), size)
     held = (
-        scaled, scaled[order], points[order], own[order], tensor_weights[order], normals[order],
-        values[order], first, size,
+        scaled, placed[order], sources[order], own[order], tensor_weights[order], normals[order],
+        first, size,
     )  # fmt: skip
-    means, planes, averages = points.copy(), np.zeros_like(points), values.copy()
-    in_parts(len(points), lambda a, b: _around(a, b, *held, means, planes, averages))
-    return means, planes, averages
+    means, planes = points.copy(), np.zeros_like(points)
+    in_parts(len(points), lambda a, b: _around(a, b, *held, means, planes))
+    return means, planes
 
 
 @njit(cache=True, fastmath=True)
 def _around(
-    start, stop, places, sorted_places, points, own, tensor_weights, normals, values, first, size,
-    means, planes, averages,
+    start, stop, places, sorted_places, points, own, tensor_weights, normals, first, size,
+    means, planes,
 ):  # fmt: skip
-    count = values.shape[1]
-    sums = np.zeros(count, dtype=np.float32)
     one, sharp = np.float32(1), np.float32(-0.5 * 2.5 * 2.5)
     for v in range(start, stop):
         x, y, z = places[v, 0], places[v, 1], places[v, 2]
@@ -78,7 +77,6 @@ def _around(
         total, cx, cy, cz = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
         xx, yy, zz = np.float32(0), np.float32(0), np.float32(0)
         xy, xz, yz = np.float32(0), np.float32(0), np.float32(0)
-        sums[:] = 0
         for a in range(max(i - 1, 0), min(i + 2, size[0])):
             for b in range(max(j - 1, 0), min(j + 2, size[1])):
                 row = (a * size[1] + b) * size[2]
@@ -94,8 +92,6 @@ def _around(
                     cx += w * points[u, 0]
                     cy += w * points[u, 1]
                     cz += w * points[u, 2]
-                    for n in range(count):
-                        sums[n] += w * values[u, n]
                     w = bell * tensor_weights[u]
                     nx, ny, nz = normals[u, 0], normals[u, 1], normals[u, 2]
                     xx += w * nx * nx
@@ -106,8 +102,6 @@ def _around(
                     yz += w * ny * nz
         if total > np.float32(1e-6):
             means[v, 0], means[v, 1], means[v, 2] = cx / total, cy / total, cz / total
-            for n in range(count):
-                averages[v, n] = sums[n] / total
         _axis(xx, yy, zz, xy, xz, yz, planes[v])
 
 

@@ -125,7 +125,9 @@ def half_thickness(
     swollen = np.maximum(rim * swelling, half)
     distance = np.where(beside, prepared.rim_distance, np.inf)
     neck = np.exp(-0.5 * (distance / np.maximum(NECK * swollen, 1e-9)) ** 2)
-    return averaged(half + (swollen - half) * neck, prepared.first, prepared.near, 1)
+    wanted = (half + (swollen - half) * neck).astype(np.float32)
+    calm = averaged(wanted, prepared.first, prepared.near, 1)
+    return np.where(prepared.rim_distance == 0, wanted, calm)  # or rims would lose what they have
 
 
 def film_thickness(prepared: SheetMesh, settings: SheetSettings) -> tuple[np.ndarray, list[str]]:

@@ -27,10 +27,10 @@ PLAIN = SheetSettings(stretch=0, beads=0, fingers=0)
 
 
 def disc(noise: float = 0.0, half: int = 26) -> Mesh:
-    """Return a round sheet, RADIUS cells wide and THICK cells thick, with bumps of 4 cells."""
+    """Return a round sheet, RADIUS cells wide and THICK cells thick, with bumps of 6 cells."""
 
     def level(x, y, z):
-        bumps = noise * np.sin(1.6 * x) * np.sin(1.6 * y + z)
+        bumps = noise * np.sin(x) * np.sin(y + z)
         return np.hypot(np.maximum(np.hypot(x, y) - RADIUS, 0), z) - THICK / 2 + bumps
 
     return mesh_of(level, half)
