@@ -290,14 +290,16 @@ def tube_faces(root: Root, rings: int, around: int, count: int) -> np.ndarray:
         v, w = ring[i], ring[(i + 1) % len(ring)]
         a, b, c = count + 2 * i, count + 2 * i + 1, count + (2 * i + 2) % around
         faces += [(v, b, a), (v, w, b), (w, c, b)]
-    i = np.arange(around)
-    n = (i + 1) % around
+    here = np.arange(around)
+    after = (here + 1) % around
     for level in range(rings - 1):
         low, high = count + level * around, count + (level + 1) * around
-        faces += np.stack([low + i, low + n, high + n], axis=1).tolist()
-        faces += np.stack([low + i, high + n, high + i], axis=1).tolist()
+        faces += np.stack([low + here, low + after, high + after], axis=1).tolist()
+        faces += np.stack([low + here, high + after, high + here], axis=1).tolist()
     last = count + (rings - 1) * around
-    faces += [(last + a, last + b, root.tip) for a, b in zip(i.tolist(), n.tolist(), strict=True)]
+    faces += [
+        (last + a, last + b, root.tip) for a, b in zip(here.tolist(), after.tolist(), strict=True)
+    ]
     return np.array(faces, dtype=np.int32)
 
 

@@ -8,6 +8,7 @@ section is that rim.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -170,7 +171,7 @@ def boundary(faces: np.ndarray) -> list[int]:
 
 
 def ring_of(
-    hole: Hole, polar: list[tuple[np.ndarray, ...]], cell: float
+    hole: Hole, polar: Sequence[tuple[np.ndarray, ...]], cell: float
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the vertices of the ring between both sides, half its thickness, and its rings.
 

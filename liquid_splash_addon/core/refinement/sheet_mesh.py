@@ -41,10 +41,6 @@ RIM_ROOM = 2.4
 RIM_REACH = 6.0
 """Distance in cells within which a film knows of its rim, and a rim of its film."""
 
-SPARSE = 2
-"""Of the vertices, which follow each other along the mesh, only every so many are measured, and
-take part in the middle of a sheet: a quarter of the time."""
-
 MIDDLE_WIDTH = 1.2
 """Width in cells of the Gaussian over which both sides' middles become one."""
 
@@ -169,14 +165,9 @@ def rooms(
     points: np.ndarray, normals: np.ndarray, first: np.ndarray, near: np.ndarray, spacing: float
 ) -> np.ndarray:
     """Return half the thickness at each vertex, m: of the inner ball, its logarithm averaged."""
-    chosen = slice(None, None, SPARSE)
-    inward, _ = thickness_and_clearance(points[chosen], normals[chosen], THICKEST * spacing)
-    known = np.zeros((len(points), 2), dtype=np.float32)
-    known[chosen, 0] = np.log(np.maximum(inward / np.float32(spacing), 0.05))
-    known[chosen, 1] = 1
-    smooth(known, first, near, np.full(6, 0.7, dtype=np.float32))
-    mean = known[:, 0] / np.maximum(known[:, 1], 1e-3)
-    return np.asarray(np.exp(mean) * np.float32(spacing), dtype=np.float32)
+    inward, _ = thickness_and_clearance(points, normals, THICKEST * spacing)
+    least = np.float32(0.05 * spacing)
+    return np.exp(averaged(np.log(np.maximum(inward, least)), first, near, 6))
 
 
 def both_sides(
@@ -198,10 +189,10 @@ def both_sides(
     planes = np.zeros_like(wanted)
     changed = np.flatnonzero(share > 0.01)
     if len(changed):
-        some = changed[::SPARSE]
+        own = np.where(rims, 0, share)[changed].astype(np.float32)
         means, found = around(
-            wanted[changed], wanted[some], MIDDLE_WIDTH * spacing, weight[some].astype(np.float32),
-            np.where(rims, 0, share)[some].astype(np.float32), normals[some],
+            wanted[changed], wanted[changed], MIDDLE_WIDTH * spacing,
+            weight[changed].astype(np.float32), own, normals[changed],
         )  # fmt: skip
         planes[changed] = found
         wanted[changed] -= ((wanted[changed] - means) * found).sum(axis=1, keepdims=True) * found

@@ -34,6 +34,10 @@ show, cells."""
 THINNEST = 0.35
 """Share of its thickness that stretching leaves a film at least."""
 
+ROUND = 1.08
+"""Radius on which a rim's vertices lie, over its own: the faces between them are chords, six or
+seven around a thin rim."""
+
 NECK = 0.85
 """Width of the Gaussian by which a rim goes over into its film, over the rim's radius: half as
 thick as a circle at its radius, as thick at half of it."""
@@ -122,7 +126,7 @@ def half_thickness(
     """
     half = np.minimum(film / 2, prepared.room)
     beside = prepared.rim >= 0
-    swollen = np.maximum(rim * swelling, half)
+    swollen = np.maximum(ROUND * rim * swelling, half)
     distance = np.where(beside, prepared.rim_distance, np.inf)
     neck = np.exp(-0.5 * (distance / np.maximum(NECK * swollen, 1e-9)) ** 2)
     wanted = (half + (swollen - half) * neck).astype(np.float32)

@@ -136,7 +136,7 @@ def prepare(mesh: Mesh, edge: float, spacing: float, room: np.ndarray | None = N
     old_normals = vertex_normals(mesh.vertices, mesh.faces)
     sides = thickness_and_clearance(mesh.vertices, old_normals, CLEARANCE_REACH * spacing)
     if room is not None:  # waves leave a film about as thick as it is
-        sides = tuple(np.minimum(side, room) for side in sides)
+        sides = np.minimum(sides[0], room), np.minimum(sides[1], room)
     inward, outward = (
         operator.diffuse(CLEARANCE_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
     )
