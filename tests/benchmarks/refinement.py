@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from liquid_splash_addon.core.liquid.fields import Fields
 from liquid_splash_addon.core.mesh.marching_cubes import surface
+from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.refinement.settings import (
     DropletSettings,
     RefinementSettings,
@@ -30,7 +31,7 @@ def measure() -> dict[str, float]:
 
 
 DEFAULT = (DropletSettings(), WaveSettings())
-FRESH = (SheetSettings(), *DEFAULT)
+FRESH = PRESETS["FRESH"].steps
 
 
 def refine_anew(fields: Fields, steps: Sequence[RefinementSettings]) -> None:

@@ -12,6 +12,7 @@ from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
     RuptureSettings,
+    SheetSettings,
     WaveSettings,
 )
 from tests.blender.sketching import add_sketch, fan, generate, vertices
@@ -110,7 +111,7 @@ def test_regenerate_refines_again(splash):
 def test_a_preset_replaces_the_list(splash):
     add("CLEANUP")
     assert bpy.ops.splash.refinement_preset(preset="FRESH") == {"FINISHED"}
-    assert steps_of(splash) == [DropletSettings(), WaveSettings()]
+    assert steps_of(splash) == [DropletSettings(), SheetSettings(), WaveSettings()]
 
 
 def test_a_saved_file_refines_without_generating(splash, tmp_path, monkeypatch):
