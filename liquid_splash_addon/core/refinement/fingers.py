@@ -76,19 +76,20 @@ class Root:
 
 def grow(
     mesh: Mesh, middles: np.ndarray, found: np.ndarray, rim: np.ndarray, settings: SheetSettings,
-    cell: float,
+    cell: float, drops: DropCloud,
 ) -> tuple[Mesh, np.ndarray, DropCloud]:  # fmt: skip
     """Return the mesh with fingers, the fingers' radius at each new vertex, and their drops.
 
     middles : float32 ``(n, 3)``, of the sheet at each vertex, m; found : the vertices of beads;
-    rim : the rim's radius at each vertex, m; cell : m. Fingers that would meet other liquid are
-    left out.
+    rim : the rim's radius at each vertex, m; cell : m; drops : that fly free already. Fingers
+    that would meet other liquid are left out.
     """
     from scipy.spatial import cKDTree
 
     rng = np.random.default_rng([settings.seed, 1])
     tree = cKDTree(mesh.vertices)
     roots = find_roots(mesh, tree, middles, found, rim, settings, rng)
+    roots = [root for root in roots if is_clear(root, drops)]
     if not roots:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
     for _ in range(3):
@@ -102,7 +103,15 @@ def grow(
     else:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
     others = cKDTree(grown.vertices[len(mesh.vertices) :])
-    return grown, radii, shed(grown, [tree, others], roots, settings, cell, rng)
+    return grown, radii, shed(grown, [tree, others], roots, settings, cell, rng, drops)
+
+
+def is_clear(root: Root, drops: DropCloud) -> bool:
+    """Return whether a finger would touch no drop."""
+    off = drops.positions - root.place
+    along = np.clip(off @ root.along, 0, root.length + 3 * root.radius)
+    away = np.linalg.norm(off - along[:, None] * root.along, axis=1)
+    return bool((away > drops.radii + 2.5 * root.radius).all())
 
 
 def beside(mesh: Mesh, count: int, roots: list[Root]) -> np.ndarray:
@@ -305,11 +314,11 @@ def tube_faces(root: Root, rings: int, around: int, count: int) -> np.ndarray:
 
 def shed(
     mesh: Mesh, trees: list[cKDTree], roots: list[Root], settings: SheetSettings, cell: float,
-    rng: np.random.Generator,
+    rng: np.random.Generator, drops: DropCloud,
 ) -> DropCloud:  # fmt: skip
-    """Return the drops ahead of the fingers that touch neither liquid nor each other.
+    """Return the drops ahead of the fingers that touch neither liquid nor other drops.
 
-    trees : of all vertices.
+    trees : of all vertices; drops : that fly free already.
     """
     places, speeds, radii = [], [], []
     for root in roots:
@@ -333,7 +342,8 @@ def shed(
     kept: list[int] = []
     for n in np.flatnonzero(clear).tolist():
         away = np.linalg.norm(positions[kept] - positions[n], axis=1)
-        if (away > sizes[kept] + sizes[n]).all():
+        others = np.linalg.norm(drops.positions - positions[n], axis=1) > drops.radii + sizes[n]
+        if others.all() and (away > sizes[kept] + sizes[n]).all():
             kept.append(n)
     return cloud_of(positions[kept], np.array(speeds)[kept], sizes[kept], cell)
 

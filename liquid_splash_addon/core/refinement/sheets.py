@@ -85,12 +85,16 @@ def repeated_sheets(steps: Sequence[RefinementSettings]) -> list[str]:
     return ["Only the last Sheets of the list is used: remove the others"]
 
 
-def add_sheets(prepared: SheetMesh, settings: SheetSettings, flow: Flow | None = None) -> Sheeted:
+def add_sheets(
+    prepared: SheetMesh, settings: SheetSettings, flow: Flow | None = None,
+    drops: DropCloud | None = None,
+) -> Sheeted:  # fmt: skip
     """Return the mesh with its sheets thinned to films, with rims at their edges.
 
     Bulk liquid, jets and what touches obstacles stay. Faces do not cross.
 
-    flow : the velocity at the vertices' new places; by default they keep their own.
+    flow : the velocity at the vertices' new places; by default they keep their own; drops : that
+    fly free already: fingers keep clear of them.
     """
     mesh = prepared.mesh
     if not len(mesh.vertices):
@@ -108,7 +112,8 @@ def add_sheets(prepared: SheetMesh, settings: SheetSettings, flow: Flow | None =
     made, cloud = Mesh(moved, mesh.faces, velocities), DropCloud.empty()
     room = (prepared.room + prepared.share * (half - prepared.room)).astype(np.float32)
     if settings.fingers > 0:
-        made, radii, cloud = grow(made, middle, found, rim, settings, prepared.spacing)
+        around = DropCloud.empty() if drops is None else drops
+        made, radii, cloud = grow(made, middle, found, rim, settings, prepared.spacing, around)
         room = np.concatenate([room, radii])
     if settings.holes > 0:
         made, room = punch(made, room, prepared, choose_holes(prepared, film, settings))

@@ -11,9 +11,11 @@ from ..compiling import njit
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
 from ..mesh.local_thickness import thickness_and_clearance
 from ..mesh.mesh import Mesh
-from ..mesh.remeshing import isotropic
+from ..mesh.remeshing import isotropic, unchanged
+from ..mesh.self_intersection import take_back
 from ..numeric.triangles import enclosed_volume, face_areas, vertex_normals
 from .settings import WaveSettings
+from .sheet_mesh import EDGE
 
 DAMPING_TIME = 1 / 60
 """Seconds after which the paper's damping coefficient has acted once: a frame."""
@@ -63,6 +65,7 @@ class WaveMesh:
     inward, outward : float32 ``(n,)``, how far waves may move a vertex, metres
     piece : int32 ``(n,)``, number of the connected piece
     areas : float64 ``(n,)``, a third of the area of the faces around, m^2
+    films : whether it has films, thinner than its edges: then no face may cross another
     """
 
     mesh: Mesh
@@ -75,6 +78,7 @@ class WaveMesh:
     outward: np.ndarray
     piece: np.ndarray
     areas: np.ndarray
+    films: bool = False
 
 
 @dataclass(frozen=True)
@@ -121,10 +125,13 @@ def prepare(mesh: Mesh, edge: float, spacing: float, room: np.ndarray | None = N
     """Return ``mesh`` remeshed to ``edge`` (m), with all that does not depend on the sliders.
 
     spacing : the grid's cell, metres; room : float32 ``(n,)``, half the thickness at each vertex,
-    m, where it is known, as vertices of thin films lie too far apart to measure it. Raises
-    NotClosedError.
+    m, where sheets have made films, whose vertices lie too far apart to measure it; their mesh is
+    even already, and films would cross if it were made anew. Raises NotClosedError.
     """
-    remeshed = isotropic(mesh.vertices, mesh.faces, edge)
+    if room is not None and edge > 0.99 * EDGE * spacing:
+        remeshed = unchanged(mesh.vertices, mesh.faces)
+    else:
+        remeshed = isotropic(mesh.vertices, mesh.faces, edge)
     even = Mesh(
         remeshed.vertices.astype(np.float32), remeshed.faces, remeshed.carry(mesh.velocities)
     )
@@ -147,7 +154,7 @@ def prepare(mesh: Mesh, edge: float, spacing: float, room: np.ndarray | None = N
     )
     return WaveMesh(
         even, edge, spacing, operator, normals, _seed(curvature),
-        inward, outward, pieces(operator), areas,
+        inward, outward, pieces(operator), areas, room is not None,
     )  # fmt: skip
 
 
@@ -172,6 +179,8 @@ def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveRep
     intensity = _intensity(prepared, settings.speed, np.diff(drive), step, kept)
     moved = _within_clearance(prepared, settings.amplitude * intensity)
     vertices = (mesh.vertices + moved[:, None] * prepared.normals).astype(np.float32)
+    if prepared.films:
+        vertices = take_back(mesh.vertices, vertices, mesh.faces).astype(np.float32)
     volume, before = (
         enclosed_volume(vertices, mesh.faces),
         enclosed_volume(mesh.vertices, mesh.faces),
