@@ -141,7 +141,7 @@ class Refiner:
         cloud, room = self._free(details), None
         if sheets is not None:
             report(sheets.label, (len(solid) + 1) / count)
-            sheeted = self._sheeted(mesh, sheets, solid, details[-1].liquid)
+            sheeted = self._sheeted(mesh, sheets, solid, details[-1].liquid, cloud)
             mesh, room = sheeted.mesh, sheeted.room
             cloud = cloud.joined(self._outside(sheeted.cloud))
             gained.append(sheeted.volume_change)
@@ -216,10 +216,13 @@ class Refiner:
             self._meshes = {steps: mesh}
         return self._meshes[steps]
 
-    def _sheeted(self, mesh: Mesh, step: SheetSettings, before: Steps, liquid: LevelSet) -> Sheeted:
+    def _sheeted(
+        self, mesh: Mesh, step: SheetSettings, before: Steps, liquid: LevelSet, drops: DropCloud
+    ) -> Sheeted:
         """Return the mesh with films and rims.
 
-        before : the steps that the mesh was made with; liquid : what it is the surface of.
+        before : the steps that the mesh was made with; liquid : what it is the surface of; drops
+        : that fly free of it.
         """
         cell = self.base.liquid.grid.spacing
         if self._sheets is None or self._sheets[0] != before:
@@ -234,7 +237,7 @@ class Refiner:
         def flow(points: np.ndarray) -> np.ndarray:
             return liquid.flow_at(grid.to_cells(points)) * grid.spacing
 
-        return add_sheets(self._sheets[1], step, flow)
+        return add_sheets(self._sheets[1], step, flow, drops)
 
     def _waves(
         self, mesh: Mesh, step: WaveSettings, before: Steps, room: np.ndarray | None
