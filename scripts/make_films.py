@@ -29,7 +29,7 @@ CLAY = {"Base Color": (0.35, 0.5, 0.62, 1.0), "Roughness": 0.35}
 
 
 def main() -> None:
-    """Render all shots into one sheet, a sketch a row."""
+    """Render all shots into one sheet: water above, clay below, for each sketch."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("out/films.png"))
     parser.add_argument("--sketches", nargs="+", default=["crown", "wave", "letter_s"])
@@ -41,7 +41,7 @@ def main() -> None:
         for name in options.sketches:
             pictures += row(name, options, Path(folder) / "shot.png")
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    contact_sheet(pictures, columns=4).save(options.out)
+    contact_sheet(pictures, columns=2).save(options.out)
 
 
 def row(name: str, options: argparse.Namespace, path: Path) -> list[Image.Image]:

@@ -125,6 +125,7 @@ def prepare_sheets(
     bend = averaged(bend, first, near, 3) * room
     rims = (bend > RIM_BEND) & (room < RIM_ROOM * spacing)
     flat = (np.abs(bend) < FLAT_BEND) & (room < FILM_ROOM * spacing)
+    flat = averaged(flat, first, near, 6) > 0.6  # an uneven jet has flat places too, but small ones
     middle = points - room[:, None] * normals
     faired, away, share = both_sides(middle, normals, room, rims, flat, first, near, spacing)
     if free is not None:
