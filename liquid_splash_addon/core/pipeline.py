@@ -100,7 +100,7 @@ def make_splash(
         return Splash(mesh, fields, frame, local, warnings)
     from .refinement.stack import Refiner
 
-    refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance)
+    refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance, strokes=local)
     refined = refiner.refine(refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share))
     return Splash(
         mesh_to_drawing(refined.mesh, frame), fields, frame, local, warnings + refined.warnings,

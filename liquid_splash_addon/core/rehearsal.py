@@ -24,7 +24,7 @@ from .obstacles.obstacles import Obstacle, obstacle_from_mesh
 from .pipeline import make_splash
 from .progress import Report, part_of, silent
 from .refinement.presets import PRESETS
-from .refinement.settings import WaveSettings
+from .refinement.settings import SheetSettings, WaveSettings
 from .refinement.stack import OFFSET, Refiner
 from .refinement.stored_splash import StoredSplash
 from .settings import ModelSettings, SplashSettings
@@ -84,7 +84,7 @@ class Rehearsal:
         """Refine the draft, as stored in a file, and refine it again after applying that."""
         stored = StoredSplash(self.splash.fields, self.splash.strokes)
         stored = StoredSplash.from_bytes(stored.to_bytes())
-        refiner = Refiner(stored.fields)
+        refiner = Refiner(stored.fields, strokes=stored.strokes)
         refiner.refine(FRESH, part_of(report, 0.0, 0.5))
         refiner.refine(STORM, part_of(report, 0.5, 0.8))
         applied = replace(stored, applied=refiner.applied(FRESH))
@@ -106,7 +106,9 @@ class Rehearsal:
         steps = tuple(step for step in STORM if not isinstance(step, WaveSettings))
         parts = [refined_part(name, refiner, steps, at) for name, at in enumerate((frame, beside))]
         settings, around = ModelSettings(mirror_x=True), obstacles()
-        Composer().compose(parts, settings, WaveSettings(), around, OFFSET, report)
+        Composer().compose(
+            parts, settings, WaveSettings(), around, OFFSET, report, SheetSettings(holes=0.5)
+        )
 
     def export(self, report: Report) -> None:
         """Place the splash in a domain of Mantaflow, divergence-free, on a floor."""

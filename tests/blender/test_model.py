@@ -112,6 +112,24 @@ def test_refinements_of_a_part_and_waves_of_the_model_are_live():
     assert volume(model) == pytest.approx(union_volume(splashes()), rel=0.05)
 
 
+def test_sheets_are_those_of_the_model():
+    model = generate_layers(crossing())
+    group = model.splash_model
+    bpy.context.view_layer.objects.active = model
+    plain = vertices(model)
+    assert bpy.ops.splash.refinement_add(kind="SHEETS") == {"FINISHED"}
+    np.testing.assert_array_equal(vertices(model), plain, "sheets of a part do not count")
+    group.use_sheets = True
+    sheets = vertices(model)
+    assert sheets.shape != plain.shape
+    group.use_waves = True
+    assert vertices(model).shape != plain.shape
+    group.use_waves = False
+    np.testing.assert_array_equal(vertices(model), sheets)
+    group.use_sheets = False
+    np.testing.assert_array_equal(vertices(model), plain)
+
+
 def test_drops_are_in_the_model_once():
     model = generate_layers(layered(fan(), fan()))
     for name in "AB":

@@ -12,6 +12,7 @@ from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
     RuptureSettings,
+    SheetSettings,
     WaveSettings,
 )
 from tests.blender.sketching import add_sketch, fan, generate, vertices
@@ -33,7 +34,7 @@ def add(kind: str) -> object:
     return stack.items[stack.active]
 
 
-@pytest.mark.parametrize("kind", ["DROPLETS", "RUPTURES", "WAVES"])
+@pytest.mark.parametrize("kind", ["DROPLETS", "RUPTURES", "SHEETS", "WAVES"])
 def test_a_refinement_changes_the_mesh_and_an_eye_switches_it_off(splash, kind):
     plain, fields = vertices(splash), stored_liquid.read(splash.data)[0]
     item = add(kind)
@@ -110,7 +111,7 @@ def test_regenerate_refines_again(splash):
 def test_a_preset_replaces_the_list(splash):
     add("CLEANUP")
     assert bpy.ops.splash.refinement_preset(preset="FRESH") == {"FINISHED"}
-    assert steps_of(splash) == [DropletSettings(), WaveSettings()]
+    assert steps_of(splash) == [DropletSettings(), SheetSettings(), WaveSettings()]
 
 
 def test_a_saved_file_refines_without_generating(splash, tmp_path, monkeypatch):

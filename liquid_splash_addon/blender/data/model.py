@@ -12,7 +12,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...core.refinement.settings import WaveSettings
+from ...core.refinement.settings import SheetSettings, WaveSettings
 from ...core.settings import ModelSettings
 from . import index
 from .properties import is_splash, settings_properties
@@ -23,6 +23,12 @@ class SplashModelSettingsGroup(bpy.types.PropertyGroup):
     """How the splashes of a model are joined."""
 
     __annotations__ = settings_properties(ModelSettings, update=changed)
+
+
+class SplashModelSheetsGroup(bpy.types.PropertyGroup):
+    """Settings of the sheets on the joined surface."""
+
+    __annotations__ = settings_properties(SheetSettings, update=changed)
 
 
 class SplashModelWavesGroup(bpy.types.PropertyGroup):
@@ -54,6 +60,12 @@ class SplashModelGroup(bpy.types.PropertyGroup):
     parts: CollectionProperty(type=SplashPartGroup)
     active: IntProperty(name="Active", description="The splash whose settings are shown")
     settings: PointerProperty(type=SplashModelSettingsGroup)
+    use_sheets: BoolProperty(
+        name="Sheets",
+        description="Films and rims on the joined surface. The sheets of its splashes are ignored",
+        update=changed,
+    )
+    sheets: PointerProperty(type=SplashModelSheetsGroup)
     use_waves: BoolProperty(
         name="Waves",
         description="Capillary waves on the joined surface. The waves of its splashes are ignored",
@@ -96,6 +108,7 @@ def models_of(splash: bpy.types.Object) -> list[bpy.types.Object]:
 
 CLASSES = (
     SplashModelSettingsGroup,
+    SplashModelSheetsGroup,
     SplashModelWavesGroup,
     SplashPartGroup,
     SplashModelGroup,

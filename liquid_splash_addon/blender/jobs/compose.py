@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ...core.refinement.settings import RefinementSettings, WaveSettings
+from ...core.refinement.settings import RefinementSettings, SheetSettings, WaveSettings
 from ...core.settings import ModelSettings
 from ...core.sketch.alignment import is_similarity
 from ..data.model import SplashPartGroup, is_model
@@ -52,8 +52,9 @@ class PartTask:
 
     @property
     def steps(self) -> list[RefinementSettings]:
-        """Its refinements except waves: the model adds its own after joining."""
-        return [step for step in self.task.steps if not isinstance(step, WaveSettings)]
+        """Its refinements except sheets and waves: the model adds its own after joining."""
+        kinds = (SheetSettings, WaveSettings)
+        return [step for step in self.task.steps if not isinstance(step, kinds)]
 
     @property
     def key(self) -> str:
@@ -69,6 +70,7 @@ class ModelTask:
 
     parts: list[PartTask]
     settings: ModelSettings
+    sheets: SheetSettings | None
     waves: WaveSettings | None
     obstacles: list[Obstacle]
     clearance: float
@@ -81,7 +83,9 @@ class ModelTask:
         for part in self.parts:
             source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
-        found = f"{source.hexdigest()[:16]} {self.settings!r} {self.waves!r} {around!r}"
+        found = (
+            f"{source.hexdigest()[:16]} {self.settings!r} {self.sheets!r} {self.waves!r} {around!r}"
+        )
         return f"{found} {self.left_out!r}" if self.left_out else found
 
 
@@ -109,6 +113,7 @@ def read_task(model: bpy.types.Object) -> ModelTask:
     return ModelTask(
         parts,
         to_settings(group.settings, ModelSettings),
+        to_settings(group.sheets, SheetSettings) if group.use_sheets else None,
         to_settings(group.waves, WaveSettings) if group.use_waves else None,
         obstacles,
         clearance,
@@ -138,7 +143,7 @@ def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
     return the_composer().compose(
         refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
-        part_of(report, 0.3, 1.0),
+        part_of(report, 0.3, 1.0), task.sheets,
     )  # fmt: skip
 
 

@@ -119,8 +119,9 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
     obstacles = [obstacle.seen_from(task.frame) for obstacle in task.obstacles]
     stored = StoredSplash.from_bytes(content)
     return Refiner(
-        stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed
-    )
+        stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed,
+        stored.strokes,
+    )  # fmt: skip
 
 
 def waves_of(task: Task) -> list[WaveSettings]:

@@ -48,7 +48,7 @@ class StartTask:
         """Identifies the start: equal keys, equal liquid in the same place."""
         task = self.task
         if isinstance(task, compose.ModelTask):
-            liquid = replace(task, waves=None).key
+            liquid = replace(task, waves=None, sheets=None).key
         else:
             liquid = compose.PartTask(self.name, task, np.eye(4)).key
         return f"{liquid} {np.round(self.matrix, 6).tolist()} {self.time_scale}"

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ...core.refinement.settings import WaveSettings
+from ...core.refinement.settings import SheetSettings, WaveSettings
 from ..data.model import is_model
 from ..jobs import scheduler
 from . import model_operators as operators
@@ -85,6 +85,27 @@ class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
         draw_warnings(layout, context, group.warnings)
 
 
+class SPLASH_PT_model_sheets(ModelPanel, bpy.types.Panel):
+    """Sheets on the model's joined surface."""
+
+    bl_label = "Sheets"
+    bl_parent_id = "SPLASH_PT_model"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        """Show the switch."""
+        self.layout.prop(context.active_object.splash_model, "use_sheets", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Show the sliders."""
+        group = context.active_object.splash_model
+        column = self.layout.column()
+        column.use_property_split = True
+        column.active = group.use_sheets
+        for field in fields(SheetSettings):
+            column.prop(group.sheets, field.name)
+
+
 class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
     """Waves on the model's joined surface."""
 
@@ -107,5 +128,5 @@ class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
 
 
 register, unregister = bpy.utils.register_classes_factory(
-    (SPLASH_UL_parts, SPLASH_PT_model, SPLASH_PT_model_waves)
+    (SPLASH_UL_parts, SPLASH_PT_model, SPLASH_PT_model_sheets, SPLASH_PT_model_waves)
 )

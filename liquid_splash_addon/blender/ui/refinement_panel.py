@@ -17,6 +17,7 @@ from .select_named import draw_button
 ICONS = {
     "DROPLETS": "META_BALL",
     "RUPTURES": "MOD_EXPLODE",
+    "SHEETS": "MOD_CLOTH",
     "WAVES": "MOD_WAVE",
     "CLEANUP": "BRUSH_DATA",
 }

@@ -14,12 +14,16 @@ from ..obstacles.contact import push_out
 from ..obstacles.obstacles import Obstacle, digest, outside_obstacles
 from ..progress import Report, silent
 from ..refinement.drop_meshes import DropCloud
-from ..refinement.settings import RefinementSettings, WaveSettings
+from ..refinement.settings import RefinementSettings, SheetSettings, WaveSettings
+from ..refinement.sheet_mesh import EDGE, SheetMesh
+from ..refinement.sheets import Sheeted, add_sheets
 from ..refinement.stack import Refiner
 from ..refinement.waves import WaveMesh, prepare, propagate, wave_edge
 from ..settings import ModelSettings
 from ..sketch.local_frame import Frame
+from ..sketch.strokes import Stroke
 from .drops import Drops, drops_to_drawing, mesh_to_drawing
+from .joint_sheets import JointSheets
 from .placement import Placed, mirrored, radial
 from .sparse_blocks import Blocks
 from .union import MOST_MEMORY, compose
@@ -36,20 +40,22 @@ class Part:
     name : key of its liquid and drops, different for different ones, wherever they are placed
     placed : the liquid without its drops
     cloud : the drops that fly free of it, local metres
+    strokes : what it was made of, local metres and m/s
     """
 
     name: Hashable
     placed: Placed
     cloud: DropCloud
+    strokes: Sequence[Stroke] = ()
 
 
 def refined_part(
     name: Hashable, refiner: Refiner, steps: Sequence[RefinementSettings], frame: Frame
 ) -> Part:
-    """Return a splash after ``steps``, waves left out: the model adds its own after joining."""
+    """Return a splash after ``steps``, but not sheets and waves: the joint surface has its own."""
     detail = refiner.liquid(steps)
     mesh = level_surface(detail.liquid.level, detail.liquid.velocity, detail.liquid.grid)
-    return Part(name, Placed(detail.liquid, frame, mesh), detail.cloud)
+    return Part(name, Placed(detail.liquid, frame, mesh), detail.cloud, refiner.strokes)
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,7 @@ class Composer:
         self.most_memory = most_memory
         self._blocks: tuple[Hashable, Blocks] | None = None
         self._carved: tuple[Hashable, Blocks, Mesh] | None = None
+        self._sheets: tuple[Hashable, SheetMesh] | None = None
         self._ready: tuple[Hashable, WaveMesh] | None = None
 
     def compose(
@@ -100,11 +107,12 @@ class Composer:
         obstacles: Sequence[Obstacle] = (),
         offset: float = 0.0,
         report: Report | None = None,
+        sheets: SheetSettings | None = None,
     ) -> Composed:
         """Return the finished model.
 
-        waves : on the joint surface, in metres of the finest part. obstacles : in drawing units,
-        carved out of the joint liquid with ``offset`` cells of air around them. Raises
+        sheets, waves : on the joint surface, in metres of the finest part. obstacles : in drawing
+        units, carved out of the joint liquid with ``offset`` cells of air around them. Raises
         CompositionError (no part, no liquid, too much memory), ObstacleError if obstacles leave
         no liquid, and whatever ``report`` raises.
         """
@@ -116,11 +124,28 @@ class Composer:
         around = (shape, digest(obstacles), offset)
         blocks, mesh = self._surface(around, blocks, obstacles, offset)
         warnings = [obstacle.warning for obstacle in obstacles if obstacle.warning]
+        room, shed = None, DropCloud.empty()
+        if sheets is not None and len(mesh.faces):
+            report(sheets.label, 0.75)
+            joint = JointSheets(
+                finest(parts), [(part.placed.frame, part.strokes) for part in everyone],
+                obstacles, offset,
+            )  # fmt: skip
+            mesh, made = self._sheeted(around, mesh, joint, sheets)
+            room, shed = made.room, joint.outside(made.cloud)
+            warnings += made.warnings
         if waves is not None and len(mesh.faces):
-            report(waves.label, 0.8)
-            mesh, said = self._waved(around, mesh, finest(parts), waves)
+            report(waves.label, 0.85)
+            mesh, said = self._waved((around, sheets), mesh, finest(parts), waves, room)
             warnings += said
         drops, balls = free_drops(everyone, blocks, obstacles, offset)
+        if sheets is not None and len(shed.radii):
+            fresh = joint.drops_in_drawing(shed)
+            shed_too = clear_of_drops(fresh, drops)
+            balls = balls.joined(joint.in_drawing(shed.only(shed_too).mesh))
+            drops = Drops(
+                *(np.concatenate([a, b[shed_too]]) for a, b in zip(drops, fresh, strict=True))
+            )
         mesh = mesh.joined(balls)
         if obstacles:
             cell = blocks.grid.spacing
@@ -167,15 +192,28 @@ class Composer:
             self._carved = name, carved, carved.mesh()
         return self._carved[1:]
 
+    def _sheeted(
+        self, name: Hashable, mesh: Mesh, joint: JointSheets, settings: SheetSettings
+    ) -> tuple[Mesh, Sheeted]:
+        """Return the mesh with films and rims in drawing units, and what they are, in metres."""
+        if self._sheets is None or self._sheets[0] != name:
+            self._sheets = name, joint.prepared(mesh)
+        made = add_sheets(self._sheets[1], settings)
+        return joint.in_drawing(made.mesh), made
+
     def _waved(
-        self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings
-    ) -> tuple[Mesh, list[str]]:
-        """Return the mesh with waves in the local metres of ``part``, and warnings."""
+        self, name: Hashable, mesh: Mesh, part: Placed, settings: WaveSettings,
+        room: np.ndarray | None,
+    ) -> tuple[Mesh, list[str]]:  # fmt: skip
+        """Return the mesh with waves in the local metres of ``part``, and warnings.
+
+        room : half the thickness at each vertex, m, where sheets have made films.
+        """
         scale, spacing = part.frame.scale, part.liquid.grid.spacing
         metres = replace(mesh, vertices=scale.lengths_to_local(mesh.vertices))
-        edge = wave_edge(metres, settings, spacing)
+        edge = wave_edge(metres, settings, spacing if room is None else EDGE * spacing)
         if self._ready is None or self._ready[0] != (name, edge, spacing):
-            self._ready = (name, edge, spacing), prepare(metres, edge, spacing)
+            self._ready = (name, edge, spacing), prepare(metres, edge, spacing, room)
         moved, about = propagate(self._ready[1], settings)
         return replace(moved, vertices=scale.lengths_to_drawing(moved.vertices)), about.warnings
 

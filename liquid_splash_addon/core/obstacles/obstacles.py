@@ -40,6 +40,9 @@ GENERATOR_REACH = 0.025
 SLIP_RANGE = (1.0, 3.0)
 """Cells from the obstacle up to which velocity is tangential, and from which it is unchanged."""
 
+TOUCHING = 2.0
+"""Cells from an obstacle, beyond its offset, up to which liquid counts as touching it."""
+
 SWALLOWED = (
     "The obstacles swallow the whole splash: move them out of it, make them smaller "
     "or lower the offset"
@@ -264,6 +267,21 @@ def depth_of_points(
         found = found - SHELL_CELLS
     distance[near], nearest[near] = found, where
     return distance, nearest * cell
+
+
+def free_share(
+    points: np.ndarray, obstacles: Sequence[Obstacle], cell: float, offset: float
+) -> np.ndarray:
+    """Return how far ``points`` ``(n, 3)`` are from touching an obstacle, float64 ``(n,)``.
+
+    0 at obstacles, up to TOUCHING cells beyond the ``offset`` from them; 1 from twice that on.
+    points, obstacles : in the same unit; cell : edge of a cell in it.
+    """
+    share = np.ones(len(points))
+    for obstacle in obstacles if len(points) else ():
+        away = depth_of_points(obstacle, points, cell, offset + 2 * TOUCHING)[0] - offset
+        share = np.minimum(share, np.clip(away / TOUCHING - 1, 0, 1))
+    return share
 
 
 def outside_obstacles(

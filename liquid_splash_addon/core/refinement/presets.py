@@ -10,6 +10,7 @@ from .settings import (
     DropletSettings,
     RefinementSettings,
     RuptureSettings,
+    SheetSettings,
     WaveSettings,
 )
 
@@ -24,7 +25,9 @@ class Preset(NamedTuple):
 
 PRESETS: dict[str, Preset] = {
     "FRESH": Preset(
-        "Fresh", "Some drops and fine waves: as in the paper", (DropletSettings(), WaveSettings())
+        "Fresh",
+        "Thin films with rims, some drops and fine waves",
+        (DropletSettings(), SheetSettings(), WaveSettings()),
     ),
     "MILK": Preset(
         "Milk",

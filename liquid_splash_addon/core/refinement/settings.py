@@ -149,6 +149,56 @@ class WaveSettings(RefinementSettings):
 
 
 @dataclass(frozen=True)
+class SheetSettings(RefinementSettings):
+    """The settings of sheets: films with rims instead of the slabs that a grid can hold."""
+
+    label: ClassVar[str] = "Sheets"
+    about: ClassVar[str] = "Thin films with rims at their edges, beads and fingers"
+
+    film: float = setting(
+        1.0, "Film (mm)",
+        "Thickness of sheets in millimetres at real size, where the flow has not stretched them",
+        low=0.0, high=10.0, soft=3.0,
+    )  # fmt: skip
+    stretch: float = setting(
+        0.5, "Stretch", "How much thinner sheets are where the flow has drawn them apart",
+        low=0.0, high=1.0,
+    )  # fmt: skip
+    rims: float = setting(
+        1.0, "Rims",
+        "Thickness of the rims at free edges, over that of a rim that surface tension has "
+        "gathered during the liquid's flight",
+        low=0.0, high=4.0,
+    )  # fmt: skip
+    beads: float = setting(
+        0.4, "Beads", "How much rims swell and narrow, with a wavelength of nine radii",
+        low=0.0, high=1.0,
+    )  # fmt: skip
+    fingers: float = setting(
+        0.5, "Fingers", "Length of the fingers that grow from beads along the outward flow",
+        low=0.0, high=2.0, soft=1.0,
+    )  # fmt: skip
+    drops: float = setting(
+        0.5, "Drops", "How many drops the fingers have shed", low=0.0, high=2.0, soft=1.0,
+    )  # fmt: skip
+    holes: float = setting(
+        0.0, "Holes", "How many holes have opened in the oldest, thinnest film",
+        low=0.0, high=1.0,
+    )  # fmt: skip
+    fairing: float = setting(
+        1.0, "Fairing", "How far sheets are smoothed, both sides together: by half a cell at most",
+        low=0.0, high=1.0,
+    )  # fmt: skip
+    seed: int = setting(
+        0,
+        "Seed",
+        "Number that picks one of the possible sets of beads, fingers, drops and holes",
+        low=0,
+        high=2**31 - 1,
+    )
+
+
+@dataclass(frozen=True)
 class CleanupSettings(RefinementSettings):
     """The settings of cleaning up."""
 
@@ -167,6 +217,7 @@ class CleanupSettings(RefinementSettings):
 KINDS: dict[str, type[RefinementSettings]] = {
     "DROPLETS": DropletSettings,
     "RUPTURES": RuptureSettings,
+    "SHEETS": SheetSettings,
     "WAVES": WaveSettings,
     "CLEANUP": CleanupSettings,
 }

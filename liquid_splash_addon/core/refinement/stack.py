@@ -7,13 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from ..liquid.fields import Fields
 from ..liquid.level_set import LevelSet
 from ..mesh.marching_cubes import level_surface
 from ..mesh.mesh import Mesh
 from ..obstacles.contact import push_out
-from ..obstacles.obstacles import Obstacle, carve, outside_obstacles
+from ..obstacles.obstacles import Obstacle, carve, free_share, outside_obstacles
 from ..progress import Report, silent
+from ..sketch.strokes import Stroke
 from .cleanup import remove_specks
 from .detail import Detail
 from .drop_meshes import DropCloud
@@ -24,8 +27,11 @@ from .settings import (
     DropletSettings,
     RefinementSettings,
     RuptureSettings,
+    SheetSettings,
     WaveSettings,
 )
+from .sheet_mesh import EDGE, SheetMesh, prepare_sheets
+from .sheets import Sheeted, add_sheets, last_sheets, repeated_sheets
 from .stored_splash import Applied, Flowed
 from .waves import WaveMesh, prepare, propagate, wave_edge
 
@@ -34,8 +40,8 @@ CHANGES: dict[type[RefinementSettings], Callable[[LevelSet, Any], Detail]] = {
     RuptureSettings: add_ruptures,
     CleanupSettings: remove_specks,
 }
-"""The steps that change the liquid. Waves come last, wherever they stand in the list: they move the
-finished mesh."""
+"""The steps that change the liquid. Sheets and then waves come last, wherever they stand in the
+list: they move the finished mesh."""
 
 OFFSET = 0.25
 """Cells of air between liquid and obstacles: faces in the same place would flicker in a render."""
@@ -62,8 +68,14 @@ class Refined:
 
 
 def liquid_steps(steps: Sequence[RefinementSettings]) -> Steps:
-    """Return the steps that change the liquid: all but the waves."""
+    """Return the steps that change the liquid: all but sheets and waves."""
     return tuple(step for step in steps if type(step) in CHANGES)
+
+
+def surface_steps(steps: Sequence[RefinementSettings]) -> Steps:
+    """Return the steps that change the finished mesh, in the order in which they do."""
+    sheets = last_sheets(steps)
+    return (*([] if sheets is None else [sheets]), *wave_steps(steps))
 
 
 def wave_steps(steps: Sequence[RefinementSettings]) -> tuple[WaveSettings, ...]:
@@ -86,21 +98,25 @@ class Refiner:
         offset: float = OFFSET,
         applied: Applied | None = None,
         flowed: Flowed | None = None,
+        strokes: Sequence[Stroke] = (),
     ) -> None:
         """Take a splash and its obstacles.
 
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
         cells of air around them; applied : refinements that were applied to it, which come
-        before all others; flowed : the liquid and drops of both, some time later.
+        before all others; flowed : the liquid and drops of both, some time later; strokes : from
+        which times of flight come, local metres and m/s.
         """
         self.base = Detail(LevelSet.of(fields, threshold))
         self.applied_waves: tuple[WaveSettings, ...] = ()
+        self.applied_sheets: SheetSettings | None = None
         if applied is not None:
             self.base = Detail(applied.liquid, cloud=applied.cloud)
-            self.applied_waves = applied.waves
+            self.applied_waves, self.applied_sheets = applied.waves, applied.sheets
         if flowed is not None:
             self.base = Detail(flowed.liquid)
-        self.obstacles, self.offset = obstacles, offset
+        self.obstacles, self.offset, self.strokes = obstacles, offset, strokes
+        self._sheets: tuple[Steps, SheetMesh] | None = None
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}
         self._ready: tuple[tuple[Any, ...], WaveMesh] | None = None
@@ -108,23 +124,33 @@ class Refiner:
     def refine(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Refined:
         """Return the splash after ``steps``; without any, its bare surface.
 
-        Obstacles are carved out after droplets and ruptures. Waves follow, and vertices that they
-        move into an obstacle are pushed out again. Raises ObstacleError if no liquid is left, and
-        whatever ``report`` raises.
+        Obstacles are carved out after droplets and ruptures. Sheets and waves follow, and vertices
+        that they move into an obstacle are pushed out again. Raises ObstacleError if no liquid is
+        left, and whatever ``report`` raises.
         """
         report = report or silent
         solid = liquid_steps(steps)
         waves = (*self.applied_waves, *wave_steps(steps))
-        count = len(solid) + len(waves) + 1
+        sheets = last_sheets(steps) or self.applied_sheets
+        count = len(solid) + len(waves) + 1 + (sheets is not None)
         details = self._run(solid, report, count)
         report("Building surface", len(solid) / count)
         mesh = self._surface(details[-1].liquid, solid)
         gained = [detail.gained / max(self.base.liquid.volume, 1e-9) for detail in details[1:]]
         warnings = [warning for detail in details for warning in detail.warnings]
-        cloud = self._free(details)
+        cloud, room = self._free(details), None
+        if sheets is not None:
+            report(sheets.label, (len(solid) + 1) / count)
+            sheeted = self._sheeted(mesh, sheets, solid, details[-1].liquid, cloud)
+            mesh, room = sheeted.mesh, sheeted.room
+            cloud = cloud.joined(self._outside(sheeted.cloud))
+            gained.append(sheeted.volume_change)
+            warnings += [*sheeted.warnings, *repeated_sheets(steps)]
+        before: Steps = solid if sheets is None else (*solid, sheets)
         for number, wave in enumerate(waves):
-            report(wave.label, (len(solid) + 1 + number) / count)
-            mesh, change, said = self._waves(mesh, wave, (*solid, *waves[:number]))
+            report(wave.label, (count - len(waves) + number) / count)
+            mesh, change, said = self._waves(mesh, wave, (*before, *waves[:number]), room)
+            room = None
             gained.append(change)
             warnings += said
         mesh = self._pushed_out(mesh.joined(cloud.mesh))
@@ -153,7 +179,8 @@ class Refiner:
         for detail in details:
             cloud = cloud.joined(detail.cloud)
         waves = (*self.applied_waves, *wave_steps(steps))
-        return Applied(details[-1].liquid, cloud, waves)
+        sheets = last_sheets(steps) or self.applied_sheets
+        return Applied(details[-1].liquid, cloud, waves, sheets)
 
     def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
         """Return the splash before and after each of the ``solid`` steps.
@@ -189,14 +216,40 @@ class Refiner:
             self._meshes = {steps: mesh}
         return self._meshes[steps]
 
+    def _sheeted(
+        self, mesh: Mesh, step: SheetSettings, before: Steps, liquid: LevelSet, drops: DropCloud
+    ) -> Sheeted:
+        """Return the mesh with films and rims.
+
+        before : the steps that the mesh was made with; liquid : what it is the surface of; drops
+        : that fly free of it.
+        """
+        cell = self.base.liquid.grid.spacing
+        if self._sheets is None or self._sheets[0] != before:
+
+            def free(points: np.ndarray) -> np.ndarray:
+                return free_share(points, self.obstacles, cell, self.offset)
+
+            made = prepare_sheets(mesh, cell, self.strokes, free if self.obstacles else None)
+            self._sheets = before, made
+        grid = liquid.grid
+
+        def flow(points: np.ndarray) -> np.ndarray:
+            return liquid.flow_at(grid.to_cells(points)) * grid.spacing
+
+        return add_sheets(self._sheets[1], step, flow, drops)
+
     def _waves(
-        self, mesh: Mesh, step: WaveSettings, before: Steps
+        self, mesh: Mesh, step: WaveSettings, before: Steps, room: np.ndarray | None
     ) -> tuple[Mesh, float, list[str]]:
-        """Return the mesh with waves, the share by which they changed the volume, and warnings."""
+        """Return the mesh with waves, the share by which they changed the volume, and warnings.
+
+        room : half the thickness at each vertex, m, where sheets have made films.
+        """
         spacing = self.base.liquid.grid.spacing
-        edge = wave_edge(mesh, step, spacing)
+        edge = wave_edge(mesh, step, spacing if room is None else EDGE * spacing)
         if self._ready is None or self._ready[0] != (before, edge):
-            self._ready = (before, edge), prepare(mesh, edge, spacing)
+            self._ready = (before, edge), prepare(mesh, edge, spacing, room)
         moved, about = propagate(self._ready[1], step)
         return moved, about.volume_change, about.warnings
 

@@ -22,11 +22,12 @@ from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
 from ..sketch.strokes import Stroke
 from .drop_meshes import DropCloud
-from .settings import WaveSettings
+from .settings import SheetSettings, WaveSettings
 
-VERSION = 2
+VERSION = 3
 """Of the container, the newest that is read. Files from before versions hold the fields' arrays
-alone. What was not flown on is written as version 1, which older add-ons read too."""
+alone. Written is the oldest that holds all there is, which older add-ons read too: 3 with applied
+sheets, 2 for what was flown on, else 1."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,13 @@ class Applied:
     liquid : the refined liquid, before obstacles are carved out
     cloud : the drops that fly free
     waves : the waves on its mesh, first to last
+    sheets : the films and rims that its mesh has before, if it has
     """
 
     liquid: LevelSet
     cloud: DropCloud
     waves: tuple[WaveSettings, ...] = ()
+    sheets: SheetSettings | None = None
 
 
 @dataclass(frozen=True)
@@ -76,9 +79,16 @@ class StoredSplash:
     applied: Applied | None = None
     flowed: Flowed | None = None
 
+    @property
+    def version(self) -> int:
+        """The oldest version of the container that holds it."""
+        if self.applied is not None and self.applied.sheets is not None:
+            return VERSION
+        return 1 if self.flowed is None else 2
+
     def to_bytes(self) -> bytes:
         """Return the container, a megabyte or two."""
-        arrays = {"version": np.array(1 if self.flowed is None else VERSION)}
+        arrays = {"version": np.array(self.version)}
         arrays |= prefixed("fields", self.fields.to_arrays())
         arrays |= prefixed("strokes", stroke_arrays(self.strokes))
         if self.applied is not None:
@@ -86,6 +96,9 @@ class StoredSplash:
             arrays |= prefixed("cloud", cloud_arrays(self.applied.cloud))
             waves = json.dumps([asdict(step) for step in self.applied.waves])
             arrays["waves"] = np.frombuffer(waves.encode(), dtype=np.uint8)
+            if self.applied.sheets is not None:
+                sheets = json.dumps(asdict(self.applied.sheets))
+                arrays["sheets"] = np.frombuffer(sheets.encode(), dtype=np.uint8)
         if self.flowed is not None:
             arrays |= prefixed("flowed", level_arrays(self.flowed.liquid))
             arrays["milliseconds"] = np.array(self.flowed.milliseconds)
@@ -135,10 +148,12 @@ def read_arrays(arrays: Mapping[str, np.ndarray]) -> StoredSplash:
     applied = None
     if "waves" in arrays:
         waves = json.loads(arrays["waves"].tobytes())
+        sheets = json.loads(arrays["sheets"].tobytes()) if "sheets" in arrays else None
         applied = Applied(
             read_level(without_prefix("applied", arrays)),
             read_cloud(without_prefix("cloud", arrays)),
             tuple(WaveSettings(**settings) for settings in waves),
+            None if sheets is None else SheetSettings(**sheets),
         )
     flowed = None
     if "milliseconds" in arrays:

@@ -11,9 +11,11 @@ from ..compiling import njit
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature, pieces
 from ..mesh.local_thickness import thickness_and_clearance
 from ..mesh.mesh import Mesh
-from ..mesh.remeshing import isotropic
+from ..mesh.remeshing import isotropic, unchanged
+from ..mesh.self_intersection import take_back
 from ..numeric.triangles import enclosed_volume, face_areas, vertex_normals
 from .settings import WaveSettings
+from .sheet_mesh import EDGE
 
 DAMPING_TIME = 1 / 60
 """Seconds after which the paper's damping coefficient has acted once: a frame."""
@@ -63,6 +65,7 @@ class WaveMesh:
     inward, outward : float32 ``(n,)``, how far waves may move a vertex, metres
     piece : int32 ``(n,)``, number of the connected piece
     areas : float64 ``(n,)``, a third of the area of the faces around, m^2
+    films : whether it has films, thinner than its edges: then no face may cross another
     """
 
     mesh: Mesh
@@ -75,6 +78,7 @@ class WaveMesh:
     outward: np.ndarray
     piece: np.ndarray
     areas: np.ndarray
+    films: bool = False
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def add_waves(mesh: Mesh, settings: WaveSettings, spacing: float) -> tuple[Mesh,
 
 
 def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
-    """Return the edge length (m) that the settings need: a cell or a sixth of a wavelength.
+    """Return the edge length (m) that the settings need: ``spacing`` or a sixth of a wavelength.
 
     It is reduced in steps of sqrt(2), so that most changes of a slider need no new
     :class:`WaveMesh`, and not so far that there would be more than MOST_TRIANGLES.
@@ -117,12 +121,17 @@ def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
     return float(edge)
 
 
-def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
+def prepare(mesh: Mesh, edge: float, spacing: float, room: np.ndarray | None = None) -> WaveMesh:
     """Return ``mesh`` remeshed to ``edge`` (m), with all that does not depend on the sliders.
 
-    spacing : the grid's cell, metres. Raises NotClosedError.
+    spacing : the grid's cell, metres; room : float32 ``(n,)``, half the thickness at each vertex,
+    m, where sheets have made films, whose vertices lie too far apart to measure it; their mesh is
+    even already, and films would cross if it were made anew. Raises NotClosedError.
     """
-    remeshed = isotropic(mesh.vertices, mesh.faces, edge)
+    if room is not None and edge > 0.99 * EDGE * spacing:
+        remeshed = unchanged(mesh.vertices, mesh.faces)
+    else:
+        remeshed = isotropic(mesh.vertices, mesh.faces, edge)
     even = Mesh(
         remeshed.vertices.astype(np.float32), remeshed.faces, remeshed.carry(mesh.velocities)
     )
@@ -133,6 +142,8 @@ def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
     # Of the old mesh: its vertices are never more than a cell apart, and not too many.
     old_normals = vertex_normals(mesh.vertices, mesh.faces)
     sides = thickness_and_clearance(mesh.vertices, old_normals, CLEARANCE_REACH * spacing)
+    if room is not None:  # waves leave a film about as thick as it is
+        sides = np.minimum(sides[0], room), np.minimum(sides[1], room)
     inward, outward = (
         operator.diffuse(CLEARANCE_SHARE * remeshed.carry(side), 0.5 * spacing) for side in sides
     )
@@ -143,7 +154,7 @@ def prepare(mesh: Mesh, edge: float, spacing: float) -> WaveMesh:
     )
     return WaveMesh(
         even, edge, spacing, operator, normals, _seed(curvature),
-        inward, outward, pieces(operator), areas,
+        inward, outward, pieces(operator), areas, room is not None,
     )  # fmt: skip
 
 
@@ -168,6 +179,8 @@ def propagate(prepared: WaveMesh, settings: WaveSettings) -> tuple[Mesh, WaveRep
     intensity = _intensity(prepared, settings.speed, np.diff(drive), step, kept)
     moved = _within_clearance(prepared, settings.amplitude * intensity)
     vertices = (mesh.vertices + moved[:, None] * prepared.normals).astype(np.float32)
+    if prepared.films:
+        vertices = take_back(mesh.vertices, vertices, mesh.faces).astype(np.float32)
     volume, before = (
         enclosed_volume(vertices, mesh.faces),
         enclosed_volume(mesh.vertices, mesh.faces),

@@ -21,6 +21,7 @@ from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
     RuptureSettings,
+    SheetSettings,
     WaveSettings,
 )
 from liquid_splash_addon.core.refinement.stack import Refiner
@@ -209,8 +210,22 @@ def test_waves_come_last_wherever_they_stand(refiner):
     np.testing.assert_array_equal(first.mesh.vertices, last.mesh.vertices)
 
 
+def test_sheets_come_after_liquid_and_before_waves(refiner):
+    steps = [DROPS, SheetSettings(), WaveSettings()]
+    first, last = refiner.refine(steps), refiner.refine(steps[::-1])
+    np.testing.assert_array_equal(first.mesh.vertices, last.mesh.vertices)
+    assert (edge_uses(first.mesh) == 2).all()
+    assert len(first.gained) == 3
+    assert signed_volume(first.mesh) < 0.7 * signed_volume(refiner.refine([DROPS]).mesh)
+    twice = refiner.refine([SheetSettings(film=3.0), *steps])
+    np.testing.assert_array_equal(twice.mesh.vertices, first.mesh.vertices)
+    assert "Only the last Sheets" in "".join(twice.warnings)
+    assert refiner.liquid(steps).gained == refiner.liquid([DROPS]).gained, "solvers get no films"
+
+
 def test_nothing_left_is_an_empty_mesh(refiner):
-    refined = refiner.refine([CleanupSettings(volume=10_000), DROPS, WaveSettings()])
+    steps = [CleanupSettings(volume=10_000), DROPS, SheetSettings(), WaveSettings()]
+    refined = refiner.refine(steps)
     assert "Least Volume" in refined.warnings[0]
     assert len(refined.mesh.faces) == 0
 
@@ -233,7 +248,7 @@ def block(low, high) -> Obstacle:
 
 def test_a_refined_splash_stays_out_of_an_obstacle():
     low, high = np.array([-6, -8, 0]), np.array([6, 8, 20])
-    steps = [DropletSettings(amount=0.02), WaveSettings(amplitude=0.003)]
+    steps = [DropletSettings(amount=0.02), SheetSettings(), WaveSettings(amplitude=0.003)]
     refined = Refiner(sheet().fields(), obstacles=[block(low, high)], offset=0.25).refine(steps)
     cells = refined.mesh.vertices / GRID.spacing
     depth = np.minimum(cells - low, high - cells).min(axis=1)

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.core.refinement import stored_splash
-from liquid_splash_addon.core.refinement.settings import DropletSettings, WaveSettings
+from liquid_splash_addon.core.refinement.settings import (
+    DropletSettings,
+    SheetSettings,
+    WaveSettings,
+)
 from liquid_splash_addon.core.refinement.stack import Refiner
 from liquid_splash_addon.core.refinement.stored_splash import Flowed, StoredSplash
 from tests.core.refinement.shapes import sheet
@@ -62,6 +66,16 @@ def test_applied_refinements_come_back_and_change_nothing(fields):
         assert np.array_equal(getattr(after.mesh, name), getattr(before.mesh, name))
 
 
+def test_applied_sheets_come_back(fields):
+    steps = (SheetSettings(film=2.0), WaveSettings())
+    stored = StoredSplash(fields, fan(), Refiner(fields).applied(steps))
+    again = StoredSplash.from_bytes(stored.to_bytes())
+    assert again.applied.sheets == steps[0] and again.applied.waves == steps[1:]
+    before = Refiner(fields).refine(steps)
+    after = Refiner(again.fields, applied=again.applied).refine(())
+    assert np.array_equal(after.mesh.vertices, before.mesh.vertices)
+
+
 def test_what_is_applied_comes_before_what_is_added_later(fields):
     first, second = DropletSettings(amount=0.01), DropletSettings(amount=0.01, seed=5)
     applied = Refiner(fields).applied((first,))
@@ -95,17 +109,18 @@ def test_a_splash_that_was_flown_on_comes_back(fields):
         assert np.array_equal(getattr(one.mesh, name), getattr(other.mesh, name))
 
 
-def test_only_what_was_flown_on_needs_a_later_add_on(fields):
+def test_only_what_was_flown_on_or_has_sheets_needs_a_later_add_on(fields):
     later = Flowed(Refiner(fields).base.liquid, 1.0)
-    for flowed, version in ((None, 1), (later, 2)):
-        data = StoredSplash(fields, flowed=flowed).to_bytes()
+    sheets = Refiner(fields).applied([SheetSettings()])
+    for flowed, applied, version in ((None, None, 1), (later, None, 2), (later, sheets, 3)):
+        data = StoredSplash(fields, applied=applied, flowed=flowed).to_bytes()
         with np.load(io.BytesIO(data)) as arrays:
             assert int(arrays["version"]) == version
 
 
 def test_containers_of_later_versions_say_so(fields, monkeypatch):
     monkeypatch.setattr(stored_splash, "VERSION", 99)
-    data = StoredSplash(fields, flowed=Flowed(Refiner(fields).base.liquid, 1.0)).to_bytes()
+    data = StoredSplash(fields, applied=Refiner(fields).applied([SheetSettings()])).to_bytes()
     monkeypatch.undo()
     with pytest.raises(ValueError, match="later version"):
         StoredSplash.from_bytes(data)
