@@ -10,12 +10,13 @@ SHELL := /bin/bash
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV_PYTHON := .venv/bin/python
 INSTALLED := .venv/.installed
+DOCS_PYTHON := .venv-docs/bin/python
 
 export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench lint blender build zip repo lock licences release clean
+.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench bench-page lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -47,6 +48,9 @@ test-slow: lint ## the tests that `make test` has no time for
 bench: $(INSTALLED) ## benchmarks: out/bench.json
 	$(VENV_PYTHON) -m tests.benchmarks.bench --out out/bench.json
 
+bench-page: $(INSTALLED) ## docs/benchmarks.md anew, from what `make bench` has measured
+	$(VENV_PYTHON) -m tests.benchmarks.page $(wildcard out/bench.json)
+
 lint: $(INSTALLED) ## formatting, style, types
 	$(VENV_PYTHON) -m ruff format --check .
 	$(VENV_PYTHON) -m ruff check .
@@ -71,12 +75,21 @@ lock: $(INSTALLED) ## list the wheels of the zips anew, with their hashes
 licences: $(INSTALLED) ## the table of docs/licences.md: what the zips contain, and its licences
 	$(VENV_PYTHON) -m scripts.extension.notices
 
+docs: $(DOCS_PYTHON) ## the documentation as a site: out/site; a warning or broken link fails
+	NO_MKDOCS_2_WARNING=1 $(DOCS_PYTHON) -m mkdocs build --strict
+
 release: $(INSTALLED) ## check that the version can be released, and tag it
 	$(VENV_PYTHON) scripts/release.py
 
-clean: ## remove what the other targets made, except .venv and the provisioned Blender
+clean: ## remove what the other targets made, except .venv, .venv-docs and the provisioned Blender
 	rm -rf build dist out .mypy_cache .pytest_cache .ruff_cache
-	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
+	find . -name __pycache__ -not -path './.venv*/*' -prune -exec rm -rf {} +
+
+# An environment of its own: nothing here may change what the tests run with.
+$(DOCS_PYTHON): docs/requirements.txt
+	$(PYTHON) -m venv --clear .venv-docs
+	$(DOCS_PYTHON) -m pip install $(PIP_ARGS) --requirement docs/requirements.txt
+	touch $@
 
 $(INSTALLED): requirements.txt
 	$(PYTHON) -c 'import sys; sys.version_info[:2] == (3, 11) or sys.exit("This needs Python 3.11: make PYTHON=...")'

@@ -27,7 +27,7 @@ from mathutils import Vector
 import liquid_splash_addon
 from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
-from liquid_splash_addon.blender.scene.raw_strokes import rigid_matrix
+from liquid_splash_addon.blender.scene.places import rigid_matrix
 from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.sketch.presets import PRESETS as PRESET_SKETCHES
 from liquid_splash_addon.core.sketch.presets import example_sketch

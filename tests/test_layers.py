@@ -20,7 +20,7 @@ ROOMS = {
         "settings grid scale progress packages compiled_code compiling whole_file",
         "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "playback",
-        "mantaflow",
+        "mantaflow", "mesh_files",
         "pipeline",
         "rehearsal",
     ),

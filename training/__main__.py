@@ -24,7 +24,12 @@ COMMANDS = {
     "claims": ("evaluation.claims", "what the paper's figures claim, measured on the weights"),
     "displaced": ("research.displaced", "how exactly liquid must be placed for an IoU"),
     "error-analysis": ("research.error_analysis", "where answers miss the truth"),
+    "ranges": ("research.ranges", "what strokes a generator is trained on"),
     "refined": ("research.refined", "how refinements change the accuracy"),
+    "resketched": (
+        "research.resketched",
+        "simulated liquid sketched from its mesh, and generated again",
+    ),
     "ruptures": ("research.ruptures", "how ruptured liquid is, by speed"),
     "slow-and-fast": ("research.slow_and_fast", "answers to sketches drawn slowly and fast"),
     "surfaces": ("research.surfaces", "how well simulated liquid is meshed"),

@@ -142,6 +142,11 @@ def prepare_frame(
     return frame
 
 
+def fits(strokes: Sequence[Stroke], frame: Frame) -> bool:
+    """Whether nearly all of the strokes (drawing units) lie in the local box of ``frame``."""
+    return outside_share(frame.strokes_to_local(strokes), Grid.local()) < LEAST_OUTSIDE
+
+
 def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
     """Return what to do about strokes that leave the box: the largest real size that fits.
 
@@ -183,5 +188,5 @@ def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:
         return []
     return [
         f"Strokes reach {speed:.1f} m/s, the generator knows speeds up to {fastest:.1f} m/s: "
-        "faster parts are treated as that (lower Speed Gain)"
+        "faster parts are treated as that. Fit Speed lowers Speed Gain to suit"
     ]

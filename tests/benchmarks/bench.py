@@ -8,10 +8,19 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.benchmarks import animation, interface, networks, refinement, simulation, synthesis
+from tests.benchmarks import (
+    animation,
+    capture,
+    interface,
+    networks,
+    refinement,
+    simulation,
+    synthesis,
+)
+from tests.benchmarks.machine import about_file, describe
 
 AREAS = (synthesis.measure, networks.measure, refinement.measure, simulation.measure,
-         animation.measure, interface.measure)  # fmt: skip
+         animation.measure, interface.measure, capture.measure)  # fmt: skip
 
 
 def main() -> None:
@@ -26,6 +35,7 @@ def main() -> None:
             print(f"{name:40} {value:10.3f}", flush=True)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(numbers, indent=2) + "\n")
+    about_file(out).write_text(json.dumps(describe(), indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -10,15 +10,11 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
 import timeit
 from collections.abc import Callable
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-SIZE = "800x600"
-"""Of the window."""
+from tests.benchmarks.window import ROOT, in_second_window
 
 FEW, MANY = 8, 8000
 """Objects beside the splash."""
@@ -35,43 +31,8 @@ def measure() -> dict[str, float]:
 
 
 def in_a_window() -> dict[str, float]:
-    """Return how long the interface is held up; nothing where no Blender has a window.
-
-    The first process compiles, and a second one is measured.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        return in_two_windows(folder)
-
-
-def in_two_windows(folder: str) -> dict[str, float]:
-    """Return the numbers of a second window; compiled code is kept in ``folder``."""
-    blender = [os.environ["BLENDER"]] if "BLENDER" in os.environ else ["blender"]
-    inside = [] if "BLENDER" in os.environ else [str(ROOT / "tests" / "blender_root.sh")]
-    screen = ["xvfb-run", "-a", "-s", f"-screen 0 {SIZE}x24"]
-    options = ["--factory-startup", "--enable-event-simulate", "--gpu-backend", "opengl"]
-    options += ["--window-geometry", "0", "0", *SIZE.split("x")]
-    script = Path(__file__).with_name("interface_window.py")
-    command = [*inside, "env", "LIBGL_ALWAYS_SOFTWARE=1", *screen, *blender, *options]
-    for _ in range(2):
-        try:
-            done = subprocess.run(
-                [*command, "--python", str(script), "--", folder],
-                cwd=ROOT,
-                capture_output=True,
-                text=True,
-            )
-        except OSError as error:
-            return no_window(str(error))
-        said = [line for line in done.stdout.splitlines() if line.startswith("numbers:")]
-        if not said:
-            return no_window(done.stderr.strip().rpartition("\n")[2])
-    return json.loads(said[0].removeprefix("numbers:"))
-
-
-def no_window(reason: str) -> dict[str, float]:
-    """Say why nothing was measured in a window, and return no numbers."""
-    print(f"Not measured in a window: {reason}", file=sys.stderr)
-    return {}
+    """Return how long the interface is held up; nothing where no Blender has a window."""
+    return in_second_window("interface_window.py")
 
 
 def milliseconds(call: Callable[[], object], number: int) -> float:

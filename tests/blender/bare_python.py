@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Python that has Blender's module and nothing that Blender does not have, and no network."""
+"""A Python that has Blender's module and nothing that Blender does not have, and no network.
+
+Or one that has other packages, and no Blender.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import re
 import shutil
 import subprocess
 import venv
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
@@ -39,12 +43,13 @@ def requirements_of(name: str, found: dict[str, metadata.Distribution]) -> None:
             requirements_of(re.match(r"[\w.-]+", line)[0], found)
 
 
-def bare_python(folder: Path) -> Path:
-    """Make an environment in ``folder`` of this Python's bpy and what that requires alone."""
+def bare_python(folder: Path, names: Sequence[str] = ("bpy",)) -> Path:
+    """Make an environment in ``folder`` of some packages of this Python's and what they require."""
     venv.create(folder, with_pip=False, symlinks=True)
     (packages,) = folder.glob("lib/python*/site-packages")
     found: dict[str, metadata.Distribution] = {}
-    requirements_of("bpy", found)
+    for name in names:
+        requirements_of(name, found)
     for package in found.values():
         for top in {Path(str(file)).parts[0] for file in package.files or []}:
             source = Path(str(package.locate_file(top)))

@@ -62,7 +62,7 @@ def read(item, modifiers=False):
     """Return an object's drawings; no warnings are allowed."""
     bpy.context.view_layer.update()
     drawings, warnings = read_object(item, modifiers=modifiers)
-    assert warnings == []
+    assert not [said for said in warnings if not said.startswith("Modifiers do not count")]
     return drawings
 
 

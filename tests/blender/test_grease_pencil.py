@@ -7,7 +7,7 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
-from liquid_splash_addon.blender.scene.raw_strokes import rigid_matrix
+from liquid_splash_addon.blender.scene.places import rigid_matrix
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import Drawing, strokes_from_drawings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame

@@ -15,13 +15,13 @@ from tests.blender.sketching import add_sketch, bend, splashes, vertices
 pytestmark = pytest.mark.usefixtures("thick_drafts")
 
 
-def test_a_deleted_part_is_said_and_can_be_removed():
+def test_a_deleted_part_is_left_out_said_and_can_be_removed():
     model = generate_layers(crossing())
-    before = vertices(model)
     bpy.data.objects.remove(part("B"))
     model.splash_model.settings.blend = 1.0
     assert "'Splash B' was deleted" in model.splash_model.warnings
-    np.testing.assert_array_equal(vertices(model), before)
+    assert "Left out" in model.splash_model.warnings
+    assert volume(model) == pytest.approx(volume(part("A")), rel=0.02)
     bpy.context.view_layer.objects.active = model
     model.splash_model.active = 1
     assert bpy.ops.splash.part_remove() == {"FINISHED"}
@@ -61,7 +61,10 @@ def test_moving_the_model_or_a_splash():
     assert volume(model) == pytest.approx(volume(part("A")) + 8 * volume(part("B")), rel=0.02)
     part("B").scale = (2, 1, 1)
     assert bpy.ops.splash.model_update() == {"FINISHED"}
-    assert "stretched" in model.splash_model.warnings
+    assert "'Splash B' is stretched" in model.splash_model.warnings
+    assert volume(model) == pytest.approx(volume(part("A")), rel=0.02), "the others are joined"
+    model.splash_model.parts[0].show = False
+    assert "stretched" in model.splash_model.warnings, "refused where none is left"
 
 
 def test_the_splashes_are_shown_again_when_the_model_is_deleted():

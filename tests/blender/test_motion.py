@@ -8,7 +8,6 @@ from mathutils import Euler, Matrix
 
 from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.scene import ballistics, drop_points, motion, two_poses
-from liquid_splash_addon.blender.scene.mesh_object import is_near
 from liquid_splash_addon.core.scale import GRAVITY
 from tests.blender.sketching import add_sketch, evaluated_mesh, fan, generate, vertices
 
@@ -189,7 +188,7 @@ def test_two_poses_move_as_the_velocities_say(splash):
     for frame in (10, 11):
         speed = (poses[frame] - poses[frame - 1]) * 25
         assert speed == pytest.approx(velocity(splash), abs=2e-4)
-    assert is_near(made.matrix_world, splash.matrix_world)
+    np.testing.assert_allclose(made.matrix_world, splash.matrix_world, atol=1e-5)
 
 
 def test_errors_say_what_to_do(splash):

@@ -82,6 +82,7 @@ def test_the_splash_follows_its_sketch_and_keeps_the_users_offset():
 
 @pytest.mark.parametrize("way", ["child", "both moved"])
 def test_a_splash_that_came_along_stays(way):
+    bpy.context.scene.splash.follow = False
     splash = make(fan())
     sketch = splash.splash.sketch
     bpy.context.view_layer.update()

@@ -65,6 +65,7 @@ def test_each_of_them_finds_the_splash_again_and_none_makes_a_second():
 
 
 def test_a_change_of_any_of_them_is_followed_and_nothing_else_changes_the_key():
+    bpy.context.scene.splash.follow = False
     sketch, old, new = three()
     select(sketch, old, new)
     splash = generate()

@@ -9,12 +9,14 @@ from scipy.spatial.transform import Rotation
 from liquid_splash_addon.core.generator.sparse import closeness
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.level_set import LevelSet
+from liquid_splash_addon.core.mesh.hole_filling import films
 from liquid_splash_addon.core.mesh.marching_cubes import level_surface
-from liquid_splash_addon.core.numeric.triangles import face_normals
+from liquid_splash_addon.core.numeric.triangles import face_normals, triangle_areas
 from liquid_splash_addon.core.numeric.trilinear import sample_field
 from liquid_splash_addon.core.obstacles.contact import push_out
 from liquid_splash_addon.core.obstacles.obstacles import (
     GENERATOR_REACH,
+    MOST_HOLES,
     Obstacle,
     ObstacleError,
     carve,
@@ -25,6 +27,7 @@ from liquid_splash_addon.core.obstacles.obstacles import (
     outside_obstacles,
     signed_distance,
 )
+from liquid_splash_addon.core.obstacles.openness import enclosed_share, solid_angles
 from liquid_splash_addon.core.scale import Scale
 from liquid_splash_addon.core.sketch.local_frame import Frame
 
@@ -293,3 +296,53 @@ def test_nearest_of_several_obstacles():
     both = clearance(parts, GRID).distance
     assert (both == np.minimum(*(signed_distance(part, GRID) for part in parts))).all()
     assert isinstance(parts[0], Obstacle)
+
+
+def cylinder(length: float, around: int = 48) -> tuple[np.ndarray, np.ndarray]:
+    """Return a tube of radius 1 without caps."""
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(around)], axis=1)
+    points = np.concatenate([ring, ring + (0, 0, length)])
+    at = np.arange(around)
+    after = np.roll(at, -1)
+    lower = np.stack([at, after, after + around], axis=1)
+    return points, np.concatenate([lower, np.stack([at, after + around, at + around], axis=1)])
+
+
+def test_solid_angle_of_a_square_is_that_of_the_closed_form():
+    corners = np.array([[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [1, -1, 1]], dtype=float)
+    square = corners[np.array([[0, 1, 2], [0, 2, 3]])]
+    seen = solid_angles(np.zeros((1, 3)), square)[0]
+    assert abs(seen) == pytest.approx(4 * np.pi / 6), "a cube's face, seen from its middle"
+
+
+@pytest.mark.parametrize("length", [4.0, 8.0, 16.0])
+def test_the_share_that_a_tube_encloses_falls_with_its_length(length):
+    vertices, faces = cylinder(length)
+    share = enclosed_share(vertices[faces], films(vertices, faces))
+    z = np.linspace(0, length, 401)[1:-1]
+    ends = sum((1 - away / np.hypot(1, away)) / 2 for away in (z, length - z))
+    # On the axis each open end takes (1 - cos a) / 2 of the view; beside it about as much.
+    assert share == pytest.approx(1 - ends.mean(), abs=0.05)
+
+
+def test_an_open_mesh_that_encloses_its_inside_is_solid_and_can_be_chosen():
+    vertices, faces = sphere(1.0)
+    middle = vertices[faces].mean(axis=1)
+    pot = faces[middle[:, 2] < 0.75]
+    assert obstacle_from_mesh(vertices, pot).solid
+    open_pot, lid = faces[middle[:, 2] < 0.6], faces[middle[:, 2] >= 0.6]
+    assert not obstacle_from_mesh(vertices, open_pot).solid
+    both = np.concatenate([vertices, vertices + (0, 0, 0.03)])
+    lidded = np.concatenate([open_pot, lid + len(vertices)])
+    caps = films(both, lidded)
+    assert triangle_areas(caps).sum() > MOST_HOLES * triangle_areas(both[lidded]).sum()
+    assert enclosed_share(both[lidded], caps) == pytest.approx(0.99, abs=0.01)
+    assert obstacle_from_mesh(both, lidded).solid
+    bowl = faces[middle[:, 2] < 0]
+    assert not obstacle_from_mesh(vertices, bowl).solid
+    assert obstacle_from_mesh(vertices, bowl, kind="SOLID").solid
+    assert not obstacle_from_mesh(vertices, pot, kind="SHEET").solid
+    plane = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)
+    flat = obstacle_from_mesh(plane, np.array([[0, 1, 2]]), kind="SOLID")
+    assert not flat.solid and "encloses nothing" in flat.warning

@@ -107,7 +107,7 @@ def test_strokes_outside_the_box_name_the_largest_size_that_fits(generator):
 def test_speeds_beyond_training_are_reported(generator):
     assert make_splash(sketch(), DRAFT, generator).warnings == []
     (warning,) = make_splash(sketch(), replace(DRAFT, speed_gain=20.0), generator).warnings
-    assert "lower Speed Gain" in warning
+    assert "Fit Speed lowers Speed Gain" in warning
 
 
 def test_cancelling_stops_between_stages(generator):

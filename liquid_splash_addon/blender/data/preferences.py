@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...core.settings import SplashSettings
 
@@ -66,6 +66,12 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         default="AUTO",
     )
 
+    show_hints: BoolProperty(
+        name="Hints",
+        description="Say in the viewport what to do next, until the first splash exists",
+        default=True,
+    )
+
     measured: StringProperty(
         name="Measured",
         description="Fastest number format of each device, as measured on this machine (JSON)",
@@ -85,6 +91,7 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         column.prop(self, "weights_path")
         column.prop(self, "device")
         column.prop(self, "precision")
+        column.prop(self, "show_hints")
         for section in SECTIONS:
             section(self.layout, context)
 

@@ -118,6 +118,8 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
         update=fit_anew,
     )
     settings: PointerProperty(type=SplashSettingsGroup)
+    made_with: StringProperty(description="The settings that it was made with")
+    fastest: FloatProperty(description="Fastest speed, m/s, that its generator knows; 0: not noted")
     made_of: StringProperty(description="Digest of the strokes and settings that it was made of")
     is_covered: BoolProperty(description="Whether the splash is hidden because a model shows it")
     version: StringProperty(
@@ -129,6 +131,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     frame_real_size: FloatProperty(description="Real size for which the frame was scaled")
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     splash_matrix: FloatVectorProperty(size=16, default=IDENTITY)
+    sketch_world: FloatVectorProperty(size=16, default=IDENTITY)
     weights_hash: StringProperty(description="SHA-256 of the weights that made this splash")
     precision: StringProperty(description="Number format in which the generator ran")
     device: StringProperty(description="Where the generator ran")
@@ -152,10 +155,26 @@ def is_splash(item: bpy.types.Object | None) -> bool:
     return index.carries(item, index.SPLASH)
 
 
+def owner_of(item: bpy.types.Object) -> bpy.types.Object | None:
+    """Return the splash or model that an object belongs to, without giving it our properties."""
+    return item.splash.owner if item.is_property_set("splash") else None
+
+
 class SplashSceneGroup(bpy.types.PropertyGroup):
-    """What a scene remembers: the settings for new splashes."""
+    """What a scene remembers: the settings for new splashes, and how they are made."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
+    live: BoolProperty(
+        name="Live",
+        description="While strokes or settings are changed, a draft of the active sketch's splash "
+        "follows, and the full resolution once nothing changes any more. Esc stops what is being "
+        "made",
+    )
+    follow: BoolProperty(
+        name="Follow Sketch",
+        description="New splashes are children of their sketch: they move, turn and scale with it",
+        default=True,
+    )
 
 
 CLASSES = (SplashSettingsGroup, SplashSourceGroup, SplashObjectGroup, SplashSceneGroup)

@@ -28,6 +28,15 @@ class SplashLiquidGroup(bpy.types.PropertyGroup):
         "are equal liquids, also in copies and after undo",
         options={"HIDDEN"},
     )
+    space: StringProperty(
+        description="Transform from drawing space to the mesh as it was written, 16 numbers. "
+        "Empty: the identity",
+        options={"HIDDEN"},
+    )
+    kept: StringProperty(
+        description="A few vertices as they were written, 4 numbers each: which one, and where",
+        options={"HIDDEN"},
+    )
     time_scale: FloatProperty(
         description="Time scale of the mesh's velocities; it was 1 before it could be chosen",
         default=1.0,

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.refinement.settings import RefinementSettings, SheetSettings, WaveSettings
 from ...core.settings import ModelSettings
+from ...core.sketch.alignment import is_similarity
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
 from ..scene import drop_points, mesh_object, model_parts, motion
@@ -73,6 +74,7 @@ class ModelTask:
     waves: WaveSettings | None
     obstacles: list[Obstacle]
     clearance: float
+    left_out: list[str]
 
     @property
     def key(self) -> str:
@@ -81,9 +83,9 @@ class ModelTask:
         for part in self.parts:
             source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
-        return (
-            f"{source.hexdigest()[:16]} {self.settings!r} {self.sheets!r} {self.waves!r} {around!r}"
-        )
+        wanted = f"{self.settings!r} {self.sheets!r} {self.waves!r}"
+        found = f"{source.hexdigest()[:16]} {wanted} {around!r}"
+        return f"{found} {self.left_out!r}" if self.left_out else found
 
 
 def task_of(model: bpy.types.Object) -> ModelTask:
@@ -97,26 +99,36 @@ def read_task(model: bpy.types.Object) -> ModelTask:
     group = model.splash_model
     if not group.parts:
         raise SceneError(f"'{model.name}' has no splashes: add one to its list")
-    if lost := [part.name for part in group.parts if not part.is_there]:
-        were = "was" if len(lost) == 1 else "were"
-        raise SceneError(
-            f"{', '.join(map(repr, lost))} {were} deleted, so the model stays as it is. Undo that, "
-            "or remove the deleted splash from the model's list"
-        )
+    obstacles, clearance, left_out = obstacles_of(model)
+    parts = []
+    for part in group.parts:
+        if part.show:
+            try:
+                parts.append(read_part(part, model))
+            except SceneError as error:
+                left_out.append(f"{error}. Left out")
+    if not parts and left_out:
+        raise SceneError(left_out[-1].removesuffix(". Left out"))
     return ModelTask(
-        [read_part(part, model) for part in group.parts if part.show],
+        parts,
         to_settings(group.settings, ModelSettings),
         to_settings(group.sheets, SheetSettings) if group.use_sheets else None,
         to_settings(group.waves, WaveSettings) if group.use_waves else None,
-        *obstacles_of(model),
+        obstacles,
+        clearance,
+        left_out,
     )
 
 
 def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
-    """Read a splash of ``model``. Raises SceneError if it has no stored liquid."""
+    """Read a splash of ``model``. Raises SceneError if it cannot be joined."""
     splash = part.splash
+    if not part.is_there:
+        raise SceneError(f"'{part.name}' was deleted: undo that, or remove it from the list")
     place = model_parts.place_in(model, splash)
-    return PartTask(splash.name, refine.read_task(splash), place)
+    task = refine.read_task(splash)
+    frame_in_model(task.frame, place, splash.name)  # says at once if it is stretched
+    return PartTask(splash.name, task, place)
 
 
 composer: Composer | None = None
@@ -165,28 +177,21 @@ def refine_part(part: PartTask) -> Part:
 
 def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
     """Move a frame to the space of a model. Raises SceneError for a splash that is stretched."""
-    turn = place[:3, :3]
-    size = float(np.cbrt(abs(np.linalg.det(turn))))
-    if size <= 0 or np.abs(turn @ turn.T / size**2 - np.eye(3)).max() > SCALE_TOLERANCE:
+    if not is_similarity(place, SCALE_TOLERANCE):
         raise SceneError(f"'{label}' is stretched: give it the same scale along all three axes")
-    return replace(
-        frame,
-        axes=frame.axes @ (turn / size).T,
-        centre=turn @ frame.centre + place[:3, 3],
-        scale=frame.scale.resized(size),
-    )
+    return frame.moved(place)
 
 
 def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     """Write the joined mesh, and hide the splashes that it replaces."""
     check_writable(model)
-    mesh_object.write_mesh(model.data, made.mesh)
+    lost = mesh_object.replace_mesh(model, made.mesh)
     drop_points.write(model, made.drops)
     motion.apply(model)
     group = model.splash_model
     group.evaluated, group.pending = task.key, False
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
-    group.warnings = "\n".join(dict.fromkeys(made.warnings))
+    group.warnings = "\n".join(dict.fromkeys([*task.left_out, *made.warnings, *lost]))
     model_parts.update_visibility()
 
 

@@ -2,7 +2,8 @@
 """A splash without an operator that waits for it: a draft first, then the full resolution.
 
 Both go through the queue, so that whoever asked goes on drawing. Strokes that are added meanwhile
-are in the result, see work_queue. A newer request takes the place of an older one.
+are in the result, see work_queue. A newer request takes the place of an older one. A sketch grows
+stroke by stroke: one that has outgrown its splash's box gets a new one.
 """
 
 from __future__ import annotations
@@ -39,14 +40,17 @@ class Making:
     ----------
     stage : "draft", "full", "done" or "failed"
     entry : its place in the queue
+    rest : seconds between the draft and the full resolution
+    is_step : whether each result is an undo step
     """
 
-    def __init__(self, target: Target, tell: Tell) -> None:
+    def __init__(self, target: Target, tell: Tell, rest: float = 0.0, is_step: bool = True) -> None:
         """Put the draft into the queue; the full resolution at once where that is wanted."""
         self.sketch = Handle.of(target.sketch)
         self.others = [Handle.of(item) for item in target.others]
         self.splash = None if target.splash is None else Handle.of(target.splash)
-        self.tell = tell
+        self.tell, self.rest, self.is_step = tell, rest, is_step
+        self._after_rest = self._put  # one object: timers are known by identity
         self.stage = "full" if self.settings().resolution == DRAFT else "draft"
         self._put()
 
@@ -63,6 +67,12 @@ class Making:
     def cancel(self) -> None:
         """Stop; what was written stays."""
         self.entry.cancel()
+        self.forget_rest()
+
+    def forget_rest(self) -> None:
+        """Do not begin what waits for the rest to end."""
+        if bpy.app.timers.is_registered(self._after_rest):
+            bpy.app.timers.unregister(self._after_rest)
 
     def settings(self) -> SplashSettings:
         """Return the settings of the splash as they are now, those for new ones without one."""
@@ -93,7 +103,7 @@ class Making:
         splash = self.found_splash()
         others = tuple(item for handle in self.others if (item := handle.find()) is not None)
         target = Target(sketch, None, "", others) if splash is None else target_of(splash)
-        request = generate.snapshot(bpy.context, target, settings)
+        request = generate.snapshot(bpy.context, target, settings, may_refit=True)
         return Work(
             (request.key, self.stage),
             partial(generate.compute, request),
@@ -106,13 +116,17 @@ class Making:
         splash = generate.write(bpy.context, request, result)
         assign_settings(splash.splash.settings, wanted)
         self.splash = Handle.of(splash)
-        undo_step.push("Splash Draft" if self.stage == "draft" else "Generate Splash")
+        if self.is_step:
+            undo_step.push("Splash Draft" if self.stage == "draft" else "Generate Splash")
         self.tell(result.summary)
-        if self.stage == "draft":
-            self.stage = "full"
-            self._put()
-        else:
+        if self.stage == "full":
             self.stage = "done"
+            return
+        self.stage = "full"
+        if self.rest:
+            bpy.app.timers.register(self._after_rest, first_interval=self.rest)
+        else:
+            self._put()
 
     def _fail(self, error: Exception) -> None:
         self.stage = "failed"
@@ -133,19 +147,26 @@ def request(context: bpy.types.Context, tell: Tell) -> None:
     tell : is told what was made, or what went wrong, in words
     Raises SceneError where there is no sketch.
     """
-    global _making
     target = find_target(context)
     if target is None:
         raise SceneError(NO_SKETCH)
+    make(target, tell)
+
+
+def make(target: Target, tell: Tell, rest: float = 0.0, is_step: bool = True) -> None:
+    """Have a splash made, without waiting for it, in the place of what was asked for before."""
+    global _making
     if _making is not None and _making.is_busy:
         _making.cancel()
-    _making = Making(target, tell)
+    _making = Making(target, tell, rest, is_step)
 
 
 @bpy.app.handlers.persistent
 def forget(_file: Any = None, _unused: Any = None) -> None:
     """Forget what was asked for: its objects are going."""
     global _making
+    if _making is not None:
+        _making.forget_rest()
     _making = None
 
 

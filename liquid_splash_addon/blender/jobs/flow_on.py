@@ -12,7 +12,7 @@ import numpy as np
 from ...core.simulation.settings import FlowOnSettings
 from ..data import stored_liquid
 from ..data.properties import assign_settings, plain, to_settings
-from ..scene.mesh_object import world_matrix
+from ..scene.mesh_space import liquid_matrix
 from . import compose, refine
 from .progress import part_of
 
@@ -48,7 +48,7 @@ class FlowTask:
 def task_of(splash: bpy.types.Object) -> FlowTask:
     """Read what flowing on needs. Raises SceneError if it cannot be done."""
     task = refine.task_of(splash)
-    matrix = np.array(world_matrix(splash), dtype=np.float64)
+    matrix = np.array(liquid_matrix(splash), dtype=np.float64)
     world = compose.frame_in_model(task.frame, matrix, splash.name)
     up = world.axes @ np.array([0.0, 0.0, 1.0])
     return FlowTask(task, settings_of(splash), up)
@@ -97,6 +97,7 @@ def compute(work: FlowTask, report: Report) -> tuple[refine.Outcome, bytes]:
 
 def start_of(refiner: Refiner, up: np.ndarray) -> Start:
     """Return a splash before its list of refinements as what flows on."""
+    from ...core.obstacles.obstacles import SHEET, SOLID
     from ...core.simulation.start import LooseDrops, MovingObstacle, Start
 
     bare = refiner.liquid(())
@@ -104,6 +105,7 @@ def start_of(refiner: Refiner, up: np.ndarray) -> Start:
         MovingObstacle(
             obstacle.triangles.reshape(1, -1, 3).astype(np.float32),
             np.arange(3 * len(obstacle.triangles), dtype=np.int32).reshape(-1, 3),
+            kind=SOLID if obstacle.solid else SHEET,
         )
         for obstacle in refiner.obstacles
     )

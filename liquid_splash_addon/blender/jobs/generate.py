@@ -9,27 +9,30 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import bpy
 import numpy as np
 
+from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
+from ...core.sketch.strokes import StrokeError
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
-from ..data.properties import assign_settings, plain
+from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
 from ..data.refinements import steps_of
 from ..data.version import addon_version
-from ..scene import drop_points, mesh_object, motion
+from ..scene import drop_points, follow, mesh_object, mesh_space, motion
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
-from ..scene.targets import Target
+from ..scene.targets import Target, others_of
 from . import dependencies, loaded_generator, refine
 from .progress import part_of
 
@@ -55,6 +58,7 @@ class Request:
     settings: SplashSettings
     frame: Frame | None
     frame_real_size: float
+    moved: np.ndarray  # (4, 4), how the strokes moved in drawing space since the last run
     weights: Path | None
     last_weights: str  # hash of the weights of the last run, "" if there was none
     device: str
@@ -62,13 +66,16 @@ class Request:
     refinements: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
+    may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
 
     @property
     def digest(self) -> str:
         """Identifies strokes, settings, obstacles and weights."""
         found = hashlib.sha256()
         for drawing in self.drawings:
-            for values in (drawing.points, drawing.times, drawing.pressures, drawing.speeds):
+            parts = (drawing.points, drawing.times, drawing.pressures, drawing.speeds)
+            # Not where there are none, so that splashes of older files are still known.
+            for values in parts if drawing.factors is None else (*parts, drawing.factors):
                 found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
         around = obstacles_key(self.obstacles, self.clearance) if self.obstacles else ()
         found.update(f"{self.settings!r} {around!r} {self.weights}".encode())
@@ -93,14 +100,20 @@ class Result:
     device: str
     summary: str
     warnings: list[str]
+    fastest: float  # m/s, that the generator knows
 
 
 def snapshot(
-    context: bpy.types.Context, target: Target, settings: SplashSettings, realign: bool = False
+    context: bpy.types.Context,
+    target: Target,
+    settings: SplashSettings,
+    realign: bool = False,
+    may_refit: bool = False,
 ) -> Request:
     """Read what a run needs.
 
-    realign : fit a new local frame instead of the stored one
+    realign : fit a new local frame instead of the stored one; may_refit : only where the strokes
+    have left that
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
     could not be computed or written.
     """
@@ -115,11 +128,22 @@ def snapshot(
     if layer and layer not in sketch.data.layers:
         raise SceneError(lost_layer(layer, sketch))
     drawings, warnings = read_sketch((sketch, *others), layer, settings.use_modifiers)
+    if not drawings and warnings:
+        raise StrokeError(f"No stroke is left to make a splash of. {warnings[0]}")
     drawings, _, left_out = usable_drawings(drawings)
-    warnings += left_out + lost_objects(splash, others)
+    warnings += [f"{warning}: Select Strokes shows them" for warning in left_out]
+    warnings += lost_objects(splash, others)
     record = splash.splash if splash is not None else None
-    obstacles, clearance = obstacles_of(splash) if splash is not None else ([], 0.0)
+    obstacles, clearance, no_obstacles = [], 0.0, []
+    if splash is not None:
+        obstacles, clearance, no_obstacles = obstacles_of(splash)
+    warnings += no_obstacles
     device = device_for(context, settings.device)
+    frame, moved = None, np.eye(4)
+    if splash is not None:
+        strokes = strokes_of(stored_liquid.read(splash.data)[0])
+        moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
+        frame = None if realign else kept_frame(record, moved)
     return Request(
         sketch=Handle.of(sketch),
         others=tuple(map(Handle.of, others)),
@@ -129,8 +153,9 @@ def snapshot(
         drawings=drawings,
         warnings=warnings,
         settings=settings,
-        frame=None if record is None or realign else kept_frame(record),
+        frame=frame,
         frame_real_size=plain(record.frame_real_size) if record else 0.0,
+        moved=moved,
         weights=weights_path(context),
         last_weights=record.weights_hash if record else "",
         precision=(record.precision if record else "") or known_precision(context, device),
@@ -138,12 +163,19 @@ def snapshot(
         refinements=steps_of(splash) if splash is not None else [],
         obstacles=obstacles,
         clearance=clearance,
+        may_refit=may_refit,
     )
 
 
-def kept_frame(record: Any) -> Frame | None:
-    """Return the frame to keep; None where there is none or the strokes are others now."""
-    return frame_from_text(record.frame) if record.frame and not record.refit else None
+def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
+    """Return the frame to keep, moved as its strokes were ``(4, 4)``.
+
+    None where there is none, or where other strokes were chosen.
+    """
+    if not record.frame or record.refit:
+        return None
+    frame = frame_from_text(record.frame)
+    return frame if np.array_equal(moved, np.eye(4)) else frame.moved(moved)
 
 
 def check_packages() -> None:
@@ -172,9 +204,44 @@ def lost_objects(
     return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
+def found(sketch: Handle, splash: Handle | None, layer: str, others: tuple[Handle, ...]) -> Target:
+    """Find what is meant again. Raises SceneError if some of it was deleted meanwhile."""
+    items = sketch.find(), None if splash is None else splash.find()
+    rest = tuple(handle.find() for handle in others)
+    if items[0] is None or None in rest or (items[1] is None and splash is not None):
+        raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
+    return Target(items[0], items[1], layer, rest)
+
+
+def check(
+    handles: tuple[Handle, Handle | None, str, tuple[Handle, ...]],
+    given: dict[str, Any],
+    realign: bool,
+    failed: str,
+) -> None:
+    """Raise ValueError while a splash that could not be made could not be made now either.
+
+    failed : digest of what it could not be made of; "" where it could not be read
+    """
+    from ...core.pipeline import prepare_frame
+
+    if not all(handle is None or handle.find() for handle in (*handles[:2], *handles[3])):
+        return  # nobody misses it
+    target = found(*handles)
+    owner = bpy.context.scene if target.splash is None else target.splash
+    settings = SplashSettings(**(vars(to_settings(owner.splash.settings)) | given))
+    request = snapshot(bpy.context, target, settings, realign)
+    frame = stored_frame(request)
+    scale = frame.scale if frame is not None else None
+    strokes, _ = strokes_from_drawings(request.drawings, settings, scale)
+    prepare_frame(strokes, settings, frame)
+    if failed and request.digest == failed:
+        raise SceneError("Nothing has changed since it could not be made")
+
+
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
-    from ...core.pipeline import make_splash
+    from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
     start = time.perf_counter()
@@ -184,6 +251,9 @@ def compute(request: Request, report: Report) -> Result:
     strokes, stroke_warnings = strokes_from_drawings(
         request.drawings, settings, frame.scale if frame is not None else None
     )
+    if request.may_refit and frame is not None and not fits(strokes, frame):
+        frame = None
+        strokes, stroke_warnings = strokes_from_drawings(request.drawings, settings)
     report("Loading the generator", 0.02)
     generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
@@ -205,6 +275,7 @@ def compute(request: Request, report: Report) -> Result:
         device=generator.device,
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
+        fastest=float(generator.fastest),
     )
 
 
@@ -221,7 +292,20 @@ def generator_changes(request: Request, weights_hash: str, precision: str) -> li
     return warnings
 
 
-def stored_frame(request: Request) -> Frame | None:
+class Framed(Protocol):
+    """Drawings, and the frame that a splash of them was made in."""
+
+    @property
+    def drawings(self) -> Sequence[Drawing]: ...
+    @property
+    def settings(self) -> SplashSettings: ...
+    @property
+    def frame(self) -> Frame | None: ...
+    @property
+    def frame_real_size(self) -> float: ...
+
+
+def stored_frame(request: Framed) -> Frame | None:
     """Return the frame of the last run, rescaled if the real size was changed since."""
     frame, real_size = request.frame, request.settings.real_size
     if frame is None or real_size == request.frame_real_size:
@@ -239,24 +323,49 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
     if sketch is None or (splash is None and request.splash is not None):
         raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
     context.view_layer.update()
-    if splash is None:
+    if splash is not None:
+        check_writable(splash)
+        write_splash(context, splash, sketch, request, result)
+    else:
         splash = mesh_object.new_object(context, sketch, request.layer)
-        for other in filter(None, (handle.find() for handle in request.others)):
-            splash.splash.others.add().sketch = other
+        try:
+            for other in filter(None, (handle.find() for handle in request.others)):
+                splash.splash.others.add().sketch = other
+            write_splash(context, splash, sketch, request, result)
+        except BaseException:
+            mesh_object.discard(splash)
+            raise
         if sketch.mode == "OBJECT":  # else the artist goes on drawing
             select_only(context, splash)
-    else:
-        check_writable(splash)
-        mesh_object.follow_sketch(splash, sketch)
-    mesh_object.write_mesh(splash.data, result.mesh)
-    drop_points.write(splash, result.drops)
-    stored_liquid.write(splash.data, result.liquid)
-    context.view_layer.update()
-    remember(splash, sketch, request, result)
-    motion.apply(splash)
     if request.precision != result.precision:
         keep_precision(context, request.device, result.precision)
     return splash
+
+
+def write_splash(
+    context: bpy.types.Context,
+    splash: bpy.types.Object,
+    sketch: bpy.types.Object,
+    request: Request,
+    result: Result,
+) -> None:
+    """Write a result into a splash object, on its sketch."""
+    before = mesh_space.space_of(splash.data)
+    space = before
+    if splash.splash.version:
+        space = follow.settle(splash, sketch, request.moved)
+        if splash.parent is not None and splash.parent.type in STROKE_TYPES:
+            if splash.parent not in (sketch, *others_of(splash)):
+                follow.attach(splash, sketch)  # it followed the sketch that it was made of before
+    elif context.scene.splash.follow:
+        follow.attach(splash, sketch)
+    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
+    follow.carry_owned(splash, before, space)
+    drop_points.write(splash, result.drops)
+    stored_liquid.write(splash.data, result.liquid)
+    context.view_layer.update()
+    remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
+    motion.apply(splash)
 
 
 def remember(
@@ -266,7 +375,8 @@ def remember(
     record = splash.splash
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
-    record.made_of = request.digest
+    record.made_of, record.made_with = request.digest, repr(request.settings)
+    record.fastest = result.fastest
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
     record.weights_hash = result.weights_hash
@@ -274,6 +384,6 @@ def remember(
     record.device = result.device
     record.summary = result.summary
     record.warnings = "\n".join(result.warnings)
-    mesh_object.remember_place(splash, sketch)
+    follow.remember(splash, sketch)
     splash.splash_stack.flowed = ""
     refine.remember(splash, refine.task_of(splash).key, [], [])

@@ -13,7 +13,7 @@ from ...core.settings import SplashSettings
 from ...core.sketch.strokes import StrokeError
 from ..data.model import models_of
 from ..data.properties import to_settings
-from ..scene import mesh_object, model_parts
+from ..scene import follow, mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
 from ..scene.objects import Handle, SceneError, select_only
 from ..scene.targets import Target, splashes_of
@@ -134,9 +134,8 @@ def write(
 def move_with_sketch(sketch: bpy.types.Object, context: bpy.types.Context) -> None:
     """Move all splashes of ``sketch`` as it has moved, also those that were not made again."""
     for splash in splashes_of(sketch, context.scene):
-        mesh_object.follow_sketch(splash, sketch)
-        context.view_layer.update()
-        mesh_object.remember_place(splash, sketch)
+        mesh_object.respace(splash.data, follow.settle(splash, sketch))
+        follow.remember(splash, sketch)
 
 
 def join(context: bpy.types.Context, sketch: bpy.types.Object) -> bpy.types.Object | None:

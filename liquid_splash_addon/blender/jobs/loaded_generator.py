@@ -21,10 +21,7 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     Only the last generator is kept: a small GPU has no room for two. Not thread-safe.
     Raises WeightsError, PackageError.
     """
-    from ...core.generator.loading import load_generator, load_torch, pick_device
-
-    load_torch()
-    from ...core.generator.precision import is_usable, known_fastest
+    from ...core.generator.loading import load_fastest
     from ...core.generator.weights_file import default_weights_path
 
     path = path or default_weights_path()
@@ -33,11 +30,8 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     key = (path, changed, device, precision)
     if key not in _loaded:
         free()
-        picked = pick_device(device)
-        if not precision or not is_usable(picked, precision):
-            precision = known_fastest(picked)
-        loaded = load_generator(path, device, precision)
-        _loaded[key] = _loaded[(path, changed, device, precision)] = loaded
+        loaded = load_fastest(path, device, precision)
+        _loaded[key] = _loaded[(path, changed, device, loaded.precision)] = loaded
     return _loaded[key]
 
 

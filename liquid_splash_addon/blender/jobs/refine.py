@@ -7,7 +7,7 @@ runs, and in which thread: see scheduler.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -39,6 +39,7 @@ class Task:
     Attributes
     ----------
     content, identifier : of the stored liquid, see data.stored_liquid
+    left_out : sentences about obstacles that cannot be any
     """
 
     content: bytes
@@ -48,11 +49,13 @@ class Task:
     steps: list[RefinementSettings]
     obstacles: list[Obstacle]
     clearance: float
+    left_out: list[str] = field(default_factory=list)
 
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
-        return self.key_with(self.steps)
+        key = self.key_with(self.steps)
+        return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
         """Return the key that the task would have with other steps."""
@@ -148,10 +151,10 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
 def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
-    mesh_object.write_mesh(splash.data, outcome.mesh)
+    lost = mesh_object.replace_mesh(splash, outcome.mesh)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
-    remember(splash, task.key, outcome.gained, outcome.warnings)
+    remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings, *lost])
 
 
 def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: list[str]) -> None:
@@ -185,7 +188,7 @@ def write_applied(splash: bpy.types.Object, task: Task, made: tuple[Outcome, byt
     stored_liquid.write(splash.data, content)
     with scheduler.held():
         splash.splash_stack.items.clear()
-    remember(splash, task_of(splash).key, [], outcome.warnings)
+    remember(splash, task_of(splash).key, [], [*task.left_out, *outcome.warnings])
 
 
 def evaluate(splash: bpy.types.Object) -> None:

@@ -21,10 +21,10 @@ from ...core.simulation.settings import SimulationSettings
 from ..data.model import is_model
 from ..data.properties import plain, to_settings
 from ..scene import frame_folder, motion_object
-from ..scene.mesh_object import world_matrix
 from ..scene.moving_obstacles import Moving, Sampler
 from ..scene.objects import Handle, SceneError
 from ..scene.obstacles import solids
+from ..scene.places import shown_matrix
 from . import main_thread, memory, refine, solver_start, work_queue
 from .child_process import ChildProcess
 from .messages import sentence_for
@@ -141,7 +141,7 @@ def ground_height(item: bpy.types.Object) -> float:
     """Return the height of the ground in the world: that of its object, or the number."""
     record = item.splash_simulation
     if record.ground_object is not None:
-        return float(world_matrix(record.ground_object).translation.z)
+        return float(shown_matrix(record.ground_object).translation.z)
     return float(plain(record.settings.ground_height))
 
 
@@ -225,7 +225,7 @@ def read_obstacles(run: Run, report: Report) -> list[Moving]:
     finally:
         main_thread.ask_anyway(sampler.end)
     run.warnings += [
-        f"'{moving.item.name}' does not keep its triangles while it moves: it was taken to stand "
+        f"'{moving.name}' does not keep its triangles while it moves: it was taken to stand "
         "still. Remove the modifiers that change their number"
         for moving in sampler.moving
         if moving.is_changing
@@ -244,7 +244,8 @@ def start_of(order: Order, made: SolverStart, moving: Sequence[Moving]) -> Start
         MovingObstacle(
             world.points_to_local(one.stacked().astype(np.float64)).astype(np.float32),
             one.faces,
-            one.item.name,
+            one.name,
+            one.kind,
         )
         for one in moving
         if one.faces is not None and len(one.faces)

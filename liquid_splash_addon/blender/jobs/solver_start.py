@@ -15,7 +15,7 @@ import numpy as np
 
 from ..data.model import is_model
 from ..data.properties import is_splash, plain
-from ..scene.mesh_object import world_matrix
+from ..scene.mesh_space import liquid_matrix
 from ..scene.objects import SceneError
 from . import compose, refine
 from .progress import part_of
@@ -67,7 +67,7 @@ def read_start(item: bpy.types.Object | None) -> StartTask:
     if item is None or not (is_model(item) or is_splash(item)):
         raise SceneError("Select a splash or a model first")
     task = compose.read_task(item) if is_model(item) else refine.read_task(item)
-    place = np.array(world_matrix(item), dtype=np.float64)
+    place = np.array(liquid_matrix(item), dtype=np.float64)
     return StartTask(item.name, task, place, plain(item.splash_motion.time_scale))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing
+from ...core.sketch.flow import as_if_drawn
 from ...core.stroke_files.limits import StrokeFileError
 from ...core.stroke_files.reading import file_bytes, read_recording
 from ...core.stroke_files.recording import Recording, size_warnings
@@ -116,7 +117,7 @@ def world_strokes(
 ) -> tuple[list[Drawing], list[str]]:
     """Return the strokes of objects in the world, and warnings."""
     drawings, warnings = read_sketch(objects, modifiers=modifiers, to_space=np.eye(4))
-    return [drawing for drawing in drawings if len(drawing.points)], warnings
+    return [as_if_drawn(drawing) for drawing in drawings if len(drawing.points)], warnings
 
 
 def content_of(path: Path, drawings: Sequence[Drawing], scale: float) -> bytes:

@@ -16,14 +16,15 @@ import numpy as np
 
 from ...core.sketch.drawing import Drawing
 from ...core.sketch.splines import BEZIER, ENDPOINT, ENDPOINT_BEZIER, UNIFORM, Nurbs
+from . import places
 from .raw_strokes import BEZIER as BEZIER_TYPE
 from .raw_strokes import NURBS as NURBS_TYPE
 from .raw_strokes import (
     POLY,
     RawStroke,
     drawings_with_pressure,
+    flowing,
     raw_strokes,
-    rigid_matrix,
     to_drawing,
 )
 
@@ -40,8 +41,8 @@ def read_drawings(
     become a mesh, the curves themselves are read, with a warning.
     """
     if to_space is None:
-        to_space = np.array(rigid_matrix(item).inverted(), dtype=np.float64)
-    matrix = to_space @ np.array(item.matrix_world, dtype=np.float64)
+        to_space = np.array(places.rigid_matrix(item).inverted(), dtype=np.float64)
+    matrix = to_space @ np.array(places.world_matrix(item), dtype=np.float64)
     strokes, warnings = [], []
     geometry = None if evaluated is None else evaluated.evaluated_geometry()
     if geometry is not None and geometry.curves is not None:
@@ -54,7 +55,8 @@ def read_drawings(
             warnings.append(
                 f"'{item.name}' has no curves after its modifiers and bevel: read without them"
             )
-    return drawings_with_pressure([to_drawing(stroke, matrix) for stroke in strokes]), warnings
+    drawings = [flowing(stroke, to_drawing(stroke, matrix)) for stroke in strokes]
+    return drawings_with_pressure(drawings), warnings
 
 
 def is_wire(mesh: bpy.types.Mesh | None) -> bool:

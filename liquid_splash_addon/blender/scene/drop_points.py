@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ..data import opened_files
-from . import node_groups
+from . import mesh_space, node_groups
 from .material import water_material
 from .mesh_object import flat
 
@@ -62,6 +63,7 @@ def ensure(splash: bpy.types.Object) -> None:
     for collection in splash.users_collection:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
+    item.matrix_parent_inverse = Matrix(mesh_space.space_of(splash.data).tolist())
     item.data.materials.append(water_material())
     item.modifiers.new(NAME, "NODES").node_group = node_group()
     splash.splash_stack.points = item

@@ -17,7 +17,7 @@ import numpy as np
 from ...core.mantaflow.settings import MantaflowSettings
 from ..data.model import is_model
 from ..data.properties import assign_settings, plain, to_settings
-from . import mesh_object
+from . import mesh_object, places
 from .material import water_material
 from .objects import SceneError
 from .obstacles import solids
@@ -281,7 +281,7 @@ def state_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     corners = np.empty(3 * len(item.data.vertices), dtype=np.float32)
     item.data.vertices.foreach_get("co", corners)
     box = corners.reshape(-1, 3).round(5).tolist()
-    place = np.array(mesh_object.world_matrix(item)).round(5).tolist()
+    place = np.array(places.shown_matrix(item)).round(5).tolist()
     rate = plain(scene.render.fps / scene.render.fps_base)
     return hashlib.sha256(repr((values, gravity, box, place, rate)).encode()).hexdigest()[:16]
 
@@ -302,6 +302,6 @@ def made_of(source: bpy.types.Object, settings: object) -> str:
         liquid = source.splash_model.evaluated
     else:
         liquid = f"{source.data.splash_liquid.identifier} {source.splash_stack.evaluated}"
-    place = np.array(mesh_object.world_matrix(source)).round(5).tolist()
+    place = np.array(places.shown_matrix(source)).round(5).tolist()
     speed = plain(source.splash_motion.time_scale)
     return hashlib.sha256(repr((liquid, place, speed, settings)).encode()).hexdigest()[:16]

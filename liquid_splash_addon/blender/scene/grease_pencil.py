@@ -3,20 +3,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
+from itertools import pairwise
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing
+from . import places
 from .raw_strokes import (
     CATMULL_ROM,
     POLY,
     RawStroke,
     drawings_with_pressure,
+    flowing,
     raw_strokes,
-    rigid_matrix,
+    read_attribute,
     to_drawing,
 )
 
@@ -29,28 +33,94 @@ def read_drawings(
 ) -> tuple[list[Drawing], list[str]]:
     """Read the sketch's strokes at the current frame, in drawing space; return them and warnings.
 
-    Layers without a drawing at this frame are left out, and so are hidden layers, with a warning.
-    The sketch's modifiers are not applied: they would separate the points from their times.
+    Layers without a drawing at this frame are left out. So is, with a warning, what nobody sees or
+    is to touch: hidden and locked layers, hidden materials, opacity 0, fills.
 
     only : the name of the one layer to read, hidden or not; empty for all visible layers.
     to_space : world to drawing space, float64 ``(4, 4)``; by default the sketch's own.
     evaluated : the sketch with its modifiers applied, to be read instead
     """
-    drawings, warnings, skipped = [], [], 0
     if to_space is None:
-        to_space = np.array(rigid_matrix(sketch).inverted(), dtype=np.float64)
-    for layer in (evaluated or sketch).data.layers:
+        to_space = np.array(places.rigid_matrix(sketch).inverted(), dtype=np.float64)
+    owner, drawings = evaluated or sketch, []
+    left_out: Counter[str] = Counter()
+    masked = []
+    for layer in owner.data.layers:
         if not has_strokes(layer) or (only and layer.name != only):
             continue
-        if is_hidden(layer) and not only:
-            skipped += 1
+        if not only and (reason := reason_against(layer)):
+            left_out[reason] += 1
             continue
+        if layer.use_masks and any(not mask.hide for mask in layer.mask_layers):
+            masked.append(layer.name)
         matrix = to_space @ layer_matrix(sketch, layer)
-        for stroke in drawn_strokes(layer):
-            drawings.append(to_drawing(stroke, matrix))
-    if skipped:
-        warnings.append(f"Left out {skipped} hidden layer(s): show them to include them")
+        for stroke, fault in zip(drawn_strokes(layer), faults_of(owner, layer), strict=True):
+            if fault:
+                left_out[fault] += 1
+            else:
+                drawings.append(flowing(stroke, to_drawing(stroke, matrix)))
+    warnings = [LEFT_OUT[reason].format(count) for reason, count in left_out.items()]
+    warnings += [f"Layer '{name}' is masked, but its strokes count whole" for name in masked]
     return drawings_with_pressure(drawings), warnings
+
+
+HIDDEN, LOCKED, FADED, UNSEEN, FILL, CLEAR = range(1, 7)
+LEFT_OUT = {
+    HIDDEN: "Left out {} hidden layer(s): show them to include them",
+    LOCKED: "Left out {} locked layer(s): unlock them to include them",
+    FADED: "Left out {} layer(s) of opacity 0: raise it to include them",
+    UNSEEN: "Left out {} stroke(s) of a hidden material: show it to include them",
+    FILL: "Left out {} fill(s): give their material a stroke to include them",
+    CLEAR: "Left out {} stroke(s) of opacity 0: raise it to include them",
+}
+"""What is said of layers and strokes that do not count, by the reason."""
+
+
+def reason_against(layer: Any) -> int | None:
+    """Return why a layer does not count where all visible ones do; None if it does."""
+    if is_hidden(layer):
+        return HIDDEN
+    if layer.lock or is_in_locked_group(layer):
+        return LOCKED
+    return FADED if layer.opacity == 0 else None
+
+
+def is_in_locked_group(layer: Any) -> bool:
+    """Whether a group that holds a layer is locked."""
+    group = layer.parent_group
+    return group is not None and (group.lock or is_in_locked_group(group))
+
+
+def faults_of(owner: bpy.types.Object, layer: Any) -> list[int | None]:
+    """Return of each stroke of a layer why it does not count, None if it does."""
+    drawing = layer.current_frame().drawing
+    bounds = np.empty(len(drawing.curve_offsets), dtype=np.int32)
+    drawing.curve_offsets.foreach_get("value", bounds)
+    numbers = read_attribute(drawing, "material_index")
+    opacities = read_attribute(drawing, "opacity")
+    unseen = read_attribute(drawing, "hide_stroke")
+    slots = [fault_of_material(slot.material) for slot in owner.material_slots]
+    found: list[int | None] = []
+    for stroke, (first, last) in enumerate(pairwise(bounds.tolist())):
+        number = 0 if numbers is None else int(numbers[stroke])
+        fault = slots[number] if 0 <= number < len(slots) else None
+        if fault is None and unseen is not None and unseen[stroke]:
+            fault = FILL
+        if fault is None and opacities is not None and not opacities[first:last].any():
+            fault = CLEAR
+        found.append(fault)
+    return found
+
+
+def fault_of_material(material: bpy.types.Material | None) -> int | None:
+    """Return why strokes of a material do not count; None if they do."""
+    style = None if material is None else material.grease_pencil
+    if style is None:
+        return None
+    if style.hide:
+        return UNSEEN
+    # Later versions ask the strokes themselves, and the flag says nothing any more.
+    return FILL if bpy.app.version < (5, 1, 0) and not style.show_stroke else None
 
 
 def drawn_strokes(layer: Any) -> list[RawStroke]:
@@ -75,16 +145,21 @@ def select_strokes(sketch: bpy.types.Object, only: str, numbers: Collection[int]
         frame = layer.current_frame()
         if frame is None:
             continue
-        is_read = has_strokes(layer) and (layer.name == only if only else not is_hidden(layer))
-        for stroke in frame.drawing.strokes:
-            stroke.select = is_read and at in numbers
-            at += is_read
+        counts = has_strokes(layer) and (
+            layer.name == only if only else reason_against(layer) is None
+        )
+        faults = faults_of(sketch, layer) if counts else [HIDDEN] * len(frame.drawing.strokes)
+        for stroke, fault in zip(frame.drawing.strokes, faults, strict=True):
+            stroke.select = fault is None and at in numbers
+            at += fault is None
 
 
 def drawn_layers(sketch: bpy.types.Object) -> list[str]:
-    """List the names of the visible layers that have strokes at the current frame."""
+    """List the names of the layers that count and have strokes at the current frame."""
     return [
-        layer.name for layer in sketch.data.layers if has_strokes(layer) and not is_hidden(layer)
+        layer.name
+        for layer in sketch.data.layers
+        if has_strokes(layer) and reason_against(layer) is None
     ]
 
 
@@ -104,9 +179,7 @@ def layer_matrix(sketch: bpy.types.Object, layer: Any) -> np.ndarray:
     local = np.array(layer.matrix_local, dtype=np.float64)
     parent = layer.parent
     if parent is None:
-        return np.array(sketch.matrix_world, dtype=np.float64) @ local
-    world = np.array(parent.matrix_world, dtype=np.float64)
-    bone = parent.pose.bones.get(layer.parent_bone) if parent.pose else None
-    if bone is not None:
-        world = world @ np.array(bone.matrix, dtype=np.float64)
+        return np.array(places.world_matrix(sketch), dtype=np.float64) @ local
+    bone = places.bone_matrix(parent, layer.parent_bone) if layer.parent_bone else None
+    world = np.array(places.world_matrix(parent) if bone is None else bone, dtype=np.float64)
     return world @ np.array(layer.matrix_parent_inverse, dtype=np.float64) @ local

@@ -3,30 +3,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 
 from ...core.settings import MotionSettings
-from ..data.properties import assign_settings, to_settings
+from ..data.properties import assign_settings, owner_of, to_settings
+from . import carried, mesh_space, places
 from .material import water_material
-from .raw_strokes import rigid_matrix
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
 
-NEAR = 1e-4
-"""Two matrices whose entries differ by less (relative to their largest) count as the same."""
 
-
-def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
+def write_mesh(data: bpy.types.Mesh, mesh: Mesh, space: np.ndarray | None = None) -> None:
     """Replace the geometry of ``data``; materials and custom properties stay.
 
     By the attributes themselves, a quarter of the time that vertices and loops take one by one:
     Blender's interface waits for it. New faces are smooth. Velocities are those of real time.
+
+    mesh : in drawing space
+    space : from there to the mesh, ``(4, 4)``; by default as before, wherever an artist has moved
+        its vertices since
     """
+    space = mesh_space.space_of(data) if space is None else space
+    mesh = moved_mesh(mesh, space)
     data.clear_geometry()
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
     data.vertices.add(len(mesh.vertices))
@@ -38,7 +42,67 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh) -> None:
     velocity = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
     velocity.data.foreach_set("vector", flat(mesh.velocities))
     data.splash_liquid.time_scale = 1.0
+    mesh_space.remember(data, space, mesh.vertices)
     data.update(calc_edges=True)
+
+
+def replace_mesh(
+    item: bpy.types.Object,
+    mesh: Mesh,
+    space: np.ndarray | None = None,
+    moved: np.ndarray | None = None,
+) -> list[str]:
+    """Replace the mesh of a splash or a model, with what an artist had added to the old one.
+
+    A mesh that other objects show too, as after Alt D, stays theirs: this one gets its own.
+
+    space : see :func:`write_mesh`; moved : how the liquid moved in drawing space, ``(4, 4)``
+    Returns warnings about what could not be carried over.
+    """
+    if item.data.users - item.data.use_fake_user > 1:
+        item.data = item.data.copy()
+    before = mesh_space.space_of(item.data)
+    space = before if space is None else space
+    added = carried.read(item)
+    write_mesh(item.data, mesh, space)
+    if added is None:
+        return []
+    change = space @ (np.eye(4) if moved is None else moved) @ np.linalg.inv(before)
+    carried.write(item, added, change)
+    return [f"Attribute '{name}' could not be carried over to the new mesh" for name in added.lost]
+
+
+def moved_mesh(mesh: Mesh, space: np.ndarray) -> Mesh:
+    """Return a mesh moved by ``space`` ``(4, 4)``, its faces still outward."""
+    if np.array_equal(space, np.eye(4)):
+        return mesh
+    linear = space[:3, :3]
+    return replace(
+        mesh,
+        vertices=(mesh.vertices @ linear.T + space[:3, 3]).astype(np.float32),
+        faces=mesh.faces[:, ::-1] if np.linalg.det(linear) < 0 else mesh.faces,
+        velocities=(mesh.velocities @ linear.T).astype(np.float32),
+    )
+
+
+def respace(data: bpy.types.Mesh, space: np.ndarray) -> None:
+    """Move a mesh, and its velocities, to another space than it is in, see ``mesh_space``."""
+    before = mesh_space.space_of(data)
+    if np.array_equal(before, space):
+        return
+    change = space @ np.linalg.inv(before)
+    points, velocities = (np.empty(3 * len(data.vertices), dtype=np.float32) for _ in range(2))
+    positions = data.attributes["position"].data
+    positions.foreach_get("vector", points)
+    moved = points.reshape(-1, 3) @ change[:3, :3].T + change[:3, 3]
+    positions.foreach_set("vector", flat(moved))
+    if velocity := data.attributes.get("velocity"):
+        velocity.data.foreach_get("vector", velocities)
+        velocity.data.foreach_set("vector", flat(velocities.reshape(-1, 3) @ change[:3, :3].T))
+    if np.linalg.det(change[:3, :3]) < 0:
+        data.flip_normals()
+    mesh_space.remember(data, space, moved.astype(np.float32))
+    data.update()
 
 
 def read_triangles(data: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -67,67 +131,53 @@ def new_object(
     splash = bpy.data.objects.new(name, bpy.data.meshes.new(name))
     splash.data.materials.append(water_material())
     collection_for(context, sketch).objects.link(splash)
-    splash.matrix_world = rigid_matrix(sketch)
+    splash.matrix_world = places.rigid_matrix(sketch)
     splash.splash.sketch, splash.splash.layer = sketch, layer
+    show_in_local_views(splash, sketch)
     assign_settings(splash.splash_motion, to_settings(context.scene.splash_motion, MotionSettings))
     return splash
 
 
+def plain_object(mesh: Mesh, name: str) -> bpy.types.Object:
+    """Make an object of a mesh, drawing units, in the active collection, that is no splash."""
+    data = bpy.data.meshes.new(name)
+    write_mesh(data, mesh)
+    data.materials.append(water_material())
+    made = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(made)
+    return made
+
+
 def collection_for(context: bpy.types.Context, origin: bpy.types.Object) -> bpy.types.Collection:
-    """Return the collection for an object made of ``origin``: the same, if this scene shows it."""
-    shown = {context.scene.collection, *context.scene.collection.children_recursive}
-    for collection in origin.users_collection:
+    """Return the collection for an object made of ``origin``: one of its own, if it is shown."""
+    shown = [layer.collection for layer in shown_layers(context.view_layer.layer_collection)]
+    own = [item for item in shown if item in [*origin.users_collection]]
+    for collection in (*own, context.collection, *shown):
         if collection in shown and collection.is_editable:
             return collection
-    return context.collection
+    return context.scene.collection
 
 
-def follow_sketch(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
-    """Move the splash as its sketch has moved since the last run, keeping the user's own offset.
-
-    A splash that has already moved along, as a child or because both were moved, stays.
-    """
-    then, now = matrix(splash.splash.sketch_matrix), rigid_matrix(sketch)
-    moved = now @ then.inverted()
-    carried = moved @ matrix(splash.splash.splash_matrix)
-    place = world_matrix(splash)
-    if not is_child(splash, sketch) and not is_near(place, carried):
-        splash.matrix_world = moved @ place
+def shown_layers(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
+    """Yield the collections of a view layer that show what is in them."""
+    if layer.exclude or layer.hide_viewport or layer.collection.hide_viewport:
+        return
+    yield layer
+    for child in layer.children:
+        yield from shown_layers(child)
 
 
-def remember_place(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
-    """Record the places of splash and sketch for the next :func:`follow_sketch`."""
-    for name, place in (
-        ("sketch_matrix", rigid_matrix(sketch)),
-        ("splash_matrix", world_matrix(splash)),
-    ):
-        setattr(splash.splash, name, [value for row in place for value in row])
+def show_in_local_views(item: bpy.types.Object, origin: bpy.types.Object) -> None:
+    """Show an object in all local views that show what it was made of."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            space = area.spaces.active
+            if area.type == "VIEW_3D" and space.local_view and origin.local_view_get(space):
+                item.local_view_set(space, True)
 
 
-def world_matrix(item: bpy.types.Object) -> Matrix:
-    """Return ``matrix_world``, also of hidden objects, for which Blender does not update it."""
-    if item.constraints or item.parent_type != "OBJECT":
-        return item.matrix_world.copy()
-    if item.parent is None:
-        return item.matrix_basis.copy()
-    return world_matrix(item.parent) @ item.matrix_parent_inverse @ item.matrix_basis
-
-
-def matrix(values: bpy.types.bpy_prop_array) -> Matrix:
-    """Make a matrix from 16 ``values``, row by row."""
-    return Matrix(np.reshape(values, (4, 4)).tolist())
-
-
-def is_near(first: Matrix, second: Matrix) -> bool:
-    """Whether two matrices are equal except for rounding."""
-    one, other = np.array(first), np.array(second)
-    return bool(np.abs(one - other).max() <= NEAR * np.abs(other).max())
-
-
-def is_child(item: bpy.types.Object, ancestor: bpy.types.Object) -> bool:
-    """Whether ``ancestor`` is among the parents of ``item``."""
-    while item.parent is not None:
-        item = item.parent
-        if item == ancestor:
-            return True
-    return False
+def discard(item: bpy.types.Object) -> None:
+    """Delete an object that was half made, with its mesh and what belongs to it."""
+    for own in [other for other in item.children if owner_of(other) == item]:
+        discard(own)
+    bpy.data.meshes.remove(item.data)

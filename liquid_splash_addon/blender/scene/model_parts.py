@@ -16,10 +16,9 @@ from ...core.settings import MotionSettings
 from ..data import index
 from ..data.model import models_of, splashes_in
 from ..data.properties import assign_settings, to_settings
-from . import mesh_object
+from . import mesh_object, mesh_space, places
 from .material import water_material
 from .objects import SceneError
-from .raw_strokes import rigid_matrix
 
 NAME = "Splash Model"
 
@@ -35,7 +34,7 @@ def new_model(context: bpy.types.Context, splashes: Sequence[bpy.types.Object]) 
     model.data.materials.append(water_material())
     sketch = splashes[0].splash.sketch
     mesh_object.collection_for(context, splashes[0]).objects.link(model)
-    model.matrix_world = rigid_matrix(splashes[0] if sketch is None else sketch)
+    model.matrix_world = places.rigid_matrix(splashes[0] if sketch is None else sketch)
     context.view_layer.update()
     model.splash_model.is_model = True
     motion = to_settings(splashes[0].splash_motion, MotionSettings)
@@ -78,7 +77,7 @@ def remove_part(model: bpy.types.Object, number: int) -> None:
     if splash is not None and splash.splash.owner == model:
         splash.splash.owner = None
     if splash is not None and splash.parent == model:
-        place = mesh_object.world_matrix(splash)
+        place = places.world_matrix(splash)
         splash.parent = None
         splash.matrix_world = place
     update_visibility()
@@ -92,11 +91,11 @@ def dissolve(model: bpy.types.Object) -> None:
 
 
 def make_child(splash: bpy.types.Object, model: bpy.types.Object) -> None:
-    """Make ``splash`` a child of ``model``, at its place, unless it has a parent already."""
-    if splash.parent is None:
-        place = mesh_object.world_matrix(splash)
+    """Make ``splash`` a child of ``model``, at its place, unless the artist gave it a parent."""
+    if splash.parent is None or splash.parent == splash.splash.sketch:
+        place = places.world_matrix(splash)
         splash.parent = model
-        splash.matrix_parent_inverse = mesh_object.world_matrix(model).inverted()
+        splash.matrix_parent_inverse = places.world_matrix(model).inverted()
         splash.matrix_basis = place
 
 
@@ -119,19 +118,20 @@ def adopt_parts(model: bpy.types.Object) -> None:
         if original.parent == original.splash.owner:
             copy.parent = model
             copy.matrix_parent_inverse = original.matrix_parent_inverse
+        index.forget()  # Blender tells of the copy later
         copy.splash.owner, part.splash = model, copy
         part.name = copy.name
-        index.forget()  # Blender tells of the copy later
 
 
 def place_in(model: bpy.types.Object, splash: bpy.types.Object) -> np.ndarray:
     """Return the transform from the space of ``splash`` to that of ``model``, ``(4, 4)``."""
-    if splash.parent == model and not splash.constraints:  # avoids the rounding of an inverse
+    spaces = mesh_space.space_of(model.data), mesh_space.space_of(splash.data)
+    is_plain = all(np.array_equal(space, np.eye(4)) for space in spaces)
+    is_still = splash.parent == model and places.is_simple(splash)
+    if is_plain and is_still:  # avoids the rounding of an inverse
         return np.array(splash.matrix_parent_inverse @ splash.matrix_basis, dtype=np.float64)
-    return np.array(
-        mesh_object.world_matrix(model).inverted() @ mesh_object.world_matrix(splash),
-        dtype=np.float64,
-    )
+    place = np.array(mesh_space.liquid_matrix(splash), dtype=np.float64)
+    return mesh_space.liquid_inverse(model) @ place
 
 
 def update_visibility() -> None:

@@ -12,9 +12,10 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+from mathutils import Matrix
 
 from ...core.playback.files import FILE, RADIUS, VELOCITY
-from . import node_groups
+from . import mesh_space, node_groups
 from .ballistics import Nodes
 from .material import water_material
 
@@ -77,6 +78,7 @@ def new_object(splash: bpy.types.Object, name: str) -> bpy.types.Object:
     for collection in splash.users_collection:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
+    item.matrix_parent_inverse = Matrix(mesh_space.space_of(splash.data).tolist())
     return item
 
 

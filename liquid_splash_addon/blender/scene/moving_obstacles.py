@@ -15,7 +15,7 @@ import numpy as np
 
 from ..data import opened_files
 from .objects import Handle
-from .obstacles import shown_triangles
+from .obstacles import chosen_kind, pieces_of
 
 NAME = "Splash Obstacles (temporary)"
 MARK = "splash_obstacles_only"
@@ -28,14 +28,16 @@ class Moving:
 
     Attributes
     ----------
-    item : the object
+    name : of the object
+    kind : what it is to count as, see core's obstacles
     poses : its vertices, float32 ``(n, 3)``, at every frame so far
     faces : int32 ``(m, 3)``
     is_changing : whether its triangles are not the same ones at every frame: then it is taken to
         stand still
     """
 
-    item: Handle
+    name: str
+    kind: str = "AUTO"
     poses: list[np.ndarray] = field(default_factory=list)
     faces: np.ndarray | None = None
     is_changing: bool = False
@@ -64,21 +66,36 @@ class Sampler:
         self, scene: bpy.types.Scene, items: Sequence[bpy.types.Object], to_splash: np.ndarray
     ) -> None:
         """Take the obstacles; to_splash : ``(4, 4)``, from the world to where they are wanted."""
-        self.moving = [Moving(Handle.of(item)) for item in items]
+        self._items = [Handle.of(item) for item in items]
+        self._found: dict[tuple[object, ...], Moving] = {}
+        self._count = 0
         self._scene = scene.name
         self._own = ""
         self._is_physical = any(item.rigid_body is not None for item in items)
         self._frame = scene.frame_current
         self._to_splash = to_splash
 
+    @property
+    def moving(self) -> list[Moving]:
+        """The obstacles: the objects' own meshes and their instances."""
+        return list(self._found.values())
+
     def sample(self, frame: int) -> None:
-        """Read the obstacles at a frame of the scene; one that was deleted stays as it was."""
-        scene = self._evaluated(frame)
-        graph = scene.view_layers[0].depsgraph
+        """Read the obstacles at a frame of the scene; one that is gone stays as it was."""
+        graph = self._evaluated(frame).view_layers[0].depsgraph
+        items = [item for item in (handle.find() for handle in self._items) if item is not None]
+        for piece in pieces_of(graph, items):
+            key = (piece.item.session_uid, piece.source.session_uid, piece.number)
+            new = Moving(piece.source.name, chosen_kind(piece))
+            moving = self._found.setdefault(key, new)
+            place = self._to_splash @ piece.matrix
+            points = piece.vertices @ place[:3, :3].T + place[:3, 3]
+            while len(moving.poses) <= self._count:  # more than one where it was not there before
+                moving.add(points.astype(np.float32), piece.faces)
+        self._count += 1
         for moving in self.moving:
-            item = moving.item.find()
-            if item is not None:
-                moving.add(*self._triangles(item, graph))
+            if len(moving.poses) < self._count:
+                moving.poses.append(moving.poses[-1])
 
     def end(self) -> None:
         """Remove the scene; with rigid bodies, show the frame that was shown."""
@@ -105,21 +122,11 @@ class Sampler:
         self._own = scene.name
         for name in ("fps", "fps_base", "frame_map_old", "frame_map_new"):
             setattr(scene.render, name, getattr(real.render, name))
-        for moving in self.moving:
-            item = moving.item.find()
+        for handle in self._items:
+            item = handle.find()
             if item is not None:
                 scene.collection.objects.link(item)
         return scene
-
-    def _triangles(
-        self, item: bpy.types.Object, graph: bpy.types.Depsgraph
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return vertices ``(n, 3)`` where they are wanted, and triangles ``(m, 3)``."""
-        shown = item.evaluated_get(graph)
-        vertices, faces = shown_triangles(shown)
-        place = self._to_splash @ np.array(shown.matrix_world)
-        points = vertices @ place[:3, :3].T + place[:3, 3]
-        return points.astype(np.float32), faces
 
 
 @bpy.app.handlers.persistent

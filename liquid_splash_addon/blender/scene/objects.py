@@ -45,11 +45,15 @@ def check_writable(item: bpy.types.Object) -> None:
 
 
 def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
-    """Select ``item`` alone and make it the active object."""
+    """Select ``item`` alone and make it the active object, if the view layer shows it."""
+    layer = context.view_layer
+    if layer.objects.get(item.name) != item:
+        return
     for other in context.selected_objects:
         other.select_set(False)
-    item.select_set(True)
-    context.view_layer.objects.active = item
+    layer.objects.active = item
+    if item.visible_get():
+        item.select_set(True)
 
 
 def enter_object_mode(context: bpy.types.Context) -> None:

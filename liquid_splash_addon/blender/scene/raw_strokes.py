@@ -14,15 +14,14 @@ divided by the largest radius in the object, so a thicker line is a faster one.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import bpy
 import numpy as np
-from mathutils import Matrix
 
 from ...core.sketch.drawing import Drawing, tangents
+from ...core.sketch.flow import Flow
 from ...core.sketch.splines import (
     Nurbs,
     along_segments,
@@ -39,6 +38,10 @@ CATMULL_ROM, POLY, BEZIER, NURBS = range(4)
 SPEED = "speed"
 """Attribute with the speed of the hand, for the source of speed of that name."""
 
+MULTIPLIER, BACKWARD, PROFILE = "splash_speed", "splash_backward", "splash_profile"
+"""Attributes of whole strokes with what the artist says of their speed, see core.sketch.flow; where
+they are zero, as those of strokes that were added later are, nothing is said."""
+
 UNITLESS = 1e-3
 """Share of the largest radius by which radii differ at least where they say something."""
 
@@ -54,12 +57,7 @@ class RawStroke(NamedTuple):
     curve_type: int = POLY
     is_cyclic: bool = False
     nurbs: Nurbs | None = None
-
-
-def rigid_matrix(item: bpy.types.Object) -> Matrix:
-    """Return the object's place and turn in the world, without its scale."""
-    location, rotation, _ = item.matrix_world.decompose()
-    return Matrix.LocRotScale(location, rotation, None)
+    flow: Flow | None = None
 
 
 def raw_strokes(owner: Any, offsets: Any) -> Iterator[RawStroke]:
@@ -70,7 +68,8 @@ def raw_strokes(owner: Any, offsets: Any) -> Iterator[RawStroke]:
     found = {
         name: read_attribute(owner, name)
         for name in ("position", "delta_time", "radius", SPEED, "handle_left", "handle_right",
-                     "cyclic", "curve_type", "nurbs_order", "knots_mode", "nurbs_weight")
+                     "cyclic", "curve_type", "nurbs_order", "knots_mode", "nurbs_weight",
+                     MULTIPLIER, BACKWARD, PROFILE)
     }  # fmt: skip
     bounds = np.empty(len(offsets), dtype=np.int32)
     offsets.foreach_get("value", bounds)
@@ -92,6 +91,7 @@ def raw_strokes(owner: Any, offsets: Any) -> Iterator[RawStroke]:
             nurbs_of(found, of_points["nurbs_weight"], number, last - first)
             if kind == NURBS
             else None,
+            flow_of(found, number),
         )
 
 
@@ -99,6 +99,32 @@ def of_stroke(found: dict[str, np.ndarray | None], name: str, number: int, defau
     """Return the value of an attribute of whole strokes."""
     values = found[name]
     return default if values is None else int(values[number])
+
+
+def flow_of(found: dict[str, np.ndarray | None], number: int) -> Flow | None:
+    """Return what the artist says of a stroke's speed; None if nothing."""
+    multiplier, profile = found[MULTIPLIER], found[PROFILE]
+    said: dict[str, float] = {}
+    if multiplier is not None and multiplier.ndim == 1 and multiplier[number] > 0:
+        said["multiplier"] = multiplier[number]
+    if profile is not None and profile.ndim == 2 and (profile[number] > 0).any():
+        said |= zip(("start", "middle", "end"), profile[number], strict=True)
+    is_backward = bool(of_stroke(found, BACKWARD, number, 0))
+    if not (said or is_backward):
+        return None
+    # Elsewhere in Blender attributes can be given any value.
+    limits = {item.name: item.metadata for item in fields(Flow)}
+    kept = {
+        name: float(np.clip(value, limits[name]["low"], limits[name]["high"]))
+        for name, value in said.items()
+        if np.isfinite(value)
+    }
+    return Flow(backward=is_backward, **kept)
+
+
+def flowing(stroke: RawStroke, drawing: Drawing) -> Drawing:
+    """Return what was read of a stroke as the artist wants it to flow."""
+    return drawing if stroke.flow is None else stroke.flow.applied(drawing)
 
 
 def nurbs_of(

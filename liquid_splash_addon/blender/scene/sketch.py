@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -18,6 +18,41 @@ INK = "Splash Ink"
 INK_COLOUR = (0.02, 0.25, 0.8, 1.0)
 INK_RADIUS = 0.01
 """Radius of a stroke at full pressure, in Blender units."""
+
+
+class Placement(NamedTuple):
+    """How Blender turns the pen's place on the screen into one in space.
+
+    label, about : for menus; placement, lock_axis : Blender's settings of those names
+    """
+
+    label: str
+    about: str
+    placement: str
+    lock_axis: str
+
+
+PLACEMENTS = {
+    "CURSOR": Placement(
+        "Cursor Depth",
+        "On a plane through the 3D cursor that faces the view: turn the view between strokes",
+        "CURSOR",
+        "VIEW",
+    ),
+    "FRONT": Placement(
+        "Front Plane", "On the upright plane X-Z through the 3D cursor", "CURSOR", "AXIS_Y"
+    ),
+    "SIDE": Placement(
+        "Side Plane", "On the upright plane Y-Z through the 3D cursor", "CURSOR", "AXIS_X"
+    ),
+    "FLOOR": Placement(
+        "Floor Plane", "On the level plane X-Y through the 3D cursor", "CURSOR", "AXIS_Z"
+    ),
+    "SURFACE": Placement(
+        "Surface", "On the surface under the pen: of a bottle, of a face", "SURFACE", "VIEW"
+    ),
+}
+"""Where strokes lie, by identifier."""
 
 
 def new_sketch(
@@ -45,14 +80,28 @@ def new_sketch(
     return sketch
 
 
-def start_drawing(context: bpy.types.Context, sketch: bpy.types.Object) -> None:
-    """Make ``sketch`` active and draw on it, in the view's plane through the 3D cursor."""
+def start_drawing(
+    context: bpy.types.Context, sketch: bpy.types.Object, placement: str = "CURSOR"
+) -> None:
+    """Make ``sketch`` active and draw on it.
+
+    placement : one of PLACEMENTS
+    """
     enter_object_mode(context)
     select_only(context, sketch)
-    tools = context.scene.tool_settings
-    tools.gpencil_stroke_placement_view3d = "CURSOR"
-    tools.gpencil_sculpt.lock_axis = "VIEW"
+    tools, chosen = context.scene.tool_settings, PLACEMENTS[placement]
+    tools.gpencil_stroke_placement_view3d = chosen.placement
+    tools.gpencil_sculpt.lock_axis = chosen.lock_axis
     bpy.ops.object.mode_set(mode="PAINT_GREASE_PENCIL")
+
+
+def is_sketch(item: bpy.types.Object | None) -> bool:
+    """Whether an object was made for drawing splashes: it has their ink."""
+    if item is None or item.type != "GREASEPENCIL":
+        return False
+    return any(
+        slot.material is not None and slot.material.name == INK for slot in item.material_slots
+    )
 
 
 def ink_material() -> bpy.types.Material:

@@ -9,8 +9,7 @@ import bpy
 import numpy as np
 
 from ...core.sketch.drawing import Drawing
-from . import curves, grease_pencil
-from .raw_strokes import rigid_matrix
+from . import curves, grease_pencil, places
 
 
 def read_sketch(
@@ -28,7 +27,7 @@ def read_sketch(
     to_space : from the world to another space, float64 ``(4, 4)``
     """
     if to_space is None:
-        to_space = np.array(rigid_matrix(objects[0]).inverted(), dtype=np.float64)
+        to_space = np.array(places.rigid_matrix(objects[0]).inverted(), dtype=np.float64)
     drawings: list[Drawing] = []
     warnings: list[str] = []
     for item in objects:
@@ -45,9 +44,25 @@ def read_object(
     modifiers: bool = False,
 ) -> tuple[list[Drawing], list[str]]:
     """Read the strokes of one object, by default in its own drawing space, and warnings."""
-    evaluated = None
+    if modifiers and item.modifiers and not places.is_evaluated(item):
+        with places.evaluated_copy(item) as shown:
+            return read_as(item, layer, to_space, shown)
+    shown = None
     if modifiers and item.modifiers:
-        evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        shown = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    drawings, warnings = read_as(item, layer, to_space, shown)
+    if not modifiers and (names := [m.name for m in item.modifiers if m.show_viewport]):
+        warnings.append(f"Modifiers do not count ({', '.join(names)}): switch on Modifiers")
+    return drawings, warnings
+
+
+def read_as(
+    item: bpy.types.Object,
+    layer: str,
+    to_space: np.ndarray | None,
+    evaluated: bpy.types.Object | None,
+) -> tuple[list[Drawing], list[str]]:
+    """Read the strokes of an object as its modifiers leave them, if ``evaluated`` is given."""
     if item.type == "GREASEPENCIL":
         return grease_pencil.read_drawings(item, layer, to_space, evaluated)
     return curves.read_drawings(item, to_space, evaluated)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .mesh_object import flat, world_matrix
+from .mesh_object import flat
+from .places import world_matrix
 
 KEY = "One Frame Before"
 """Name of the shape key that holds x - v dt, beside the basis x."""

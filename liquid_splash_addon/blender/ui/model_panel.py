@@ -13,6 +13,7 @@ from ..data.model import is_model
 from ..jobs import scheduler
 from . import model_operators as operators
 from .panels import SplashPanel, draw_eye, draw_warnings, settings_column
+from .refinement_panel import draw_verdicts
 
 
 class SPLASH_UL_parts(bpy.types.UIList):
@@ -76,6 +77,7 @@ class SPLASH_PT_model(ModelPanel, bpy.types.Panel):
         column.prop(model.splash_obstacles, "collection", text="Obstacles")
         if model.splash_obstacles.collection is not None:
             column.prop(model.splash_obstacles, "clearance")
+            draw_verdicts(layout, model.splash_obstacles)
         layout.operator(operators.SPLASH_OT_model_update.bl_idname, icon="FILE_REFRESH")
         # The first evaluation compiles code for seconds: show that something happens.
         if text := scheduler.stage_of(model) or group.summary:

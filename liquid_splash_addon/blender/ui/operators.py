@@ -7,15 +7,16 @@ from functools import partial
 from typing import Any
 
 import bpy
+from bpy.props import EnumProperty
 
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import fault_of
 from ..data.properties import assign_settings, settings_properties, to_settings
 from ..jobs import dependencies, generate
-from ..jobs.messages import sentence_for
+from ..jobs.problems import Check
 from ..jobs.work_queue import Work
 from ..scene import sketch, targets
-from ..scene.objects import Handle, SceneError, enter_object_mode, select_only
+from ..scene.objects import Handle, enter_object_mode, select_only
 from ..scene.stroke_objects import read_object, select_strokes
 from .queued_operator import QueuedOperator
 
@@ -71,6 +72,7 @@ class SplashMaker(QueuedOperator):
         owner = target.splash if target.splash is not None else bpy.context.scene
         settings = self.chosen_settings(to_settings(owner.splash.settings))
         request = generate.snapshot(bpy.context, target, settings, self.realign)
+        self._digest = request.digest
         assign_settings(self, settings)
         return Work(
             request.key, partial(generate.compute, request), partial(self.write_result, request)
@@ -78,12 +80,7 @@ class SplashMaker(QueuedOperator):
 
     def found(self) -> targets.Target:
         """Find sketch and splash again. Raises SceneError if one was deleted meanwhile."""
-        sketch = self._sketch.find()
-        splash = None if self._splash is None else self._splash.find()
-        others = tuple(handle.find() for handle in self._others)
-        if sketch is None or None in others or (splash is None and self._splash is not None):
-            raise SceneError("The sketch or its splash was deleted meanwhile, so nothing was made")
-        return targets.Target(sketch, splash, self._layer, others)
+        return generate.found(self._sketch, self._splash, self._layer, self._others)
 
     def chosen_settings(self, stored: SplashSettings) -> SplashSettings:
         """Return the stored settings, replaced by those that this operator was given."""
@@ -96,12 +93,19 @@ class SplashMaker(QueuedOperator):
         for warning in result.warnings:
             self.report({"WARNING"}, warning)
 
-    def failed(self, error: Exception) -> None:
-        """Make the reason a warning of the splash that stays as it was."""
-        handle = getattr(self, "_splash", None)
-        splash = None if handle is None else handle.find()
-        if splash is not None and splash.is_editable:
-            splash.splash.warnings = sentence_for(error)
+    def about(self) -> int:
+        """Return the sketch: errors are shown with it and with its splash."""
+        return self._sketch.uid
+
+    def tried(self) -> str:
+        """Return one name for all ways of making a splash: one success clears all errors."""
+        return SPLASH_OT_generate.bl_idname
+
+    def cause(self) -> Check:
+        """Return what looks whether the splash could be made now."""
+        handles = self._sketch, self._splash, self._layer, self._others
+        digest = getattr(self, "_digest", "")
+        return partial(generate.check, handles, self._given, self.realign, digest)
 
 
 class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
@@ -135,13 +139,24 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
     """Add a Grease Pencil object at the 3D cursor and start to draw"""
 
     bl_description = (
-        "Add a Grease Pencil object at the 3D cursor and start to draw. Strokes lie on a plane "
-        "through the cursor that faces the view: turn the view, or move the cursor, between "
-        "strokes to draw in 3D. How fast you draw is how fast the liquid moves"
+        "Add a Grease Pencil object at the 3D cursor and start to draw. How fast you draw is how "
+        "fast the liquid moves"
     )
     bl_idname = "splash.new_sketch"
     bl_label = "New Sketch"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    placement: EnumProperty(
+        items=[(key, item.label, item.about) for key, item in sketch.PLACEMENTS.items()],
+        name="Strokes Lie",
+        description="Where in space strokes lie",
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: Any) -> str:
+        """Return the tooltip, with where strokes will lie."""
+        return f"{cls.bl_description}. {sketch.PLACEMENTS[properties.placement].about}"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -154,7 +169,7 @@ class SPLASH_OT_new_sketch(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Add the object and enter draw mode."""
-        sketch.start_drawing(context, sketch.new_sketch(context))
+        sketch.start_drawing(context, sketch.new_sketch(context), self.placement)
         return {"FINISHED"}
 
 

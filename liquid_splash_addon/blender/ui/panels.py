@@ -10,9 +10,24 @@ from typing import Any
 import bpy
 
 from ...core.settings import SplashSettings
-from ..jobs import compile_ahead, dependencies, work_queue
+from ..jobs import (
+    compile_ahead,
+    dependencies,
+    draft_then_full,
+    live,
+    problems,
+    staleness,
+    work_queue,
+)
 from ..scene.targets import shown_splash
-from . import model_operators, operators, sketch_presets
+from . import (
+    model_operators,
+    operators,
+    select_named,
+    sketch_presets,
+    sketch_tool,
+    splash_operators,
+)
 
 SLIDERS = {"variation", "surface_threshold"}
 PIXELS_PER_LETTER = 6.5
@@ -37,8 +52,10 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         layout = self.layout
         draw_missing(layout, context)
         draw_preparing(layout, context)
+        draw_problems(layout, context)
         row = layout.row(align=True)
         row.operator(operators.SPLASH_OT_new_sketch.bl_idname, icon="GREASEPENCIL")
+        row.menu(sketch_tool.SPLASH_MT_new_sketch.bl_idname, text="", icon="DOWNARROW_HLT")
         row.menu(sketch_presets.SPLASH_MT_preset_sketches.bl_idname)
         main = layout.column()
         main.scale_y = 1.5
@@ -47,12 +64,26 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
             main.progress(factor=entry.fraction, text=f"{entry.stage} (Esc to stop)")
+        draw_live(layout, context)
+        splash = shown_splash(context)
         row = layout.row(align=True)
-        row.operator(operators.SPLASH_OT_regenerate.bl_idname, icon="FILE_REFRESH")
+        button = row.row(align=True)
+        is_stale = splash is not None and staleness.is_out_of_date(splash)
+        button.alert = is_stale
+        text = "Out of Date: Regenerate" if is_stale else operators.SPLASH_OT_regenerate.bl_label
+        button.operator(
+            operators.SPLASH_OT_regenerate.bl_idname,
+            text=text,
+            icon="ERROR" if is_stale else "FILE_REFRESH",
+        )
         row.operator(operators.SPLASH_OT_realign.bl_idname, icon="ORIENTATION_LOCAL")
         row = layout.row(align=True)
         row.operator(model_operators.SPLASH_OT_generate_layers.bl_idname, icon="RENDERLAYERS")
         row.operator(model_operators.SPLASH_OT_combine.bl_idname, icon="MOD_BOOLEAN")
+        if splash is not None:
+            draw_seed(layout, splash)
+            draw_follow(layout, splash)
+            draw_advice(layout, context, splash.splash.warnings)
 
 
 class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
@@ -60,6 +91,7 @@ class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
 
     bl_label = "Settings"
     bl_parent_id = "SPLASH_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show whose settings they are, then the settings."""
@@ -69,6 +101,7 @@ class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
         splash = shown_splash(context)
         if splash is None:
             layout.label(text="For new splashes", icon="SCENE_DATA")
+            layout.prop(context.scene.splash, "follow")
         else:
             layout.label(text=splash.name, icon="MOD_FLUIDSIM")
         group = (context.scene if splash is None else splash).splash.settings
@@ -78,11 +111,12 @@ class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):
 
 
 class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
-    """The result and the warnings of the last run."""
+    """The result of the last run, and what it was made of."""
 
     bl_label = "Last Run"
     bl_parent_id = "SPLASH_PT_main"
     bl_order = 9
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -90,22 +124,30 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
         return shown_splash(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Show the result, then the warnings, then what the splash is made of."""
+        """Show the result, then what the splash is made of; its warnings are at the top."""
         layout = self.layout
         record = shown_splash(context).splash
         layout.label(text=record.summary)
         layout.label(text=f"{record.device}, {record.precision}, weights {record.weights_hash[:8]}")
-        draw_warnings(layout, context, record.warnings)
-        if operators.SPLASH_OT_select_strokes.bl_label in record.warnings:
-            layout.operator(
-                operators.SPLASH_OT_select_strokes.bl_idname, icon="RESTRICT_SELECT_OFF"
-            )
         layout.use_property_split = True
         layout.prop(record, "sketch")
         for other in record.others:
             layout.prop(other, "sketch")
         if record.sketch is not None and record.sketch.type == "GREASEPENCIL":
             layout.prop_search(record, "layer", record.sketch.data, "layers")
+
+
+def draw_live(layout: Any, context: bpy.types.Context) -> None:
+    """Show whether the splash follows the hand, and how far it is or what it said."""
+    group, making = context.scene.splash, draft_then_full.making()
+    layout.prop(group, "live", toggle=True, icon="REC")
+    if not group.live:
+        return
+    if making is not None and making.is_busy:
+        stage, share = making.progress
+        layout.progress(factor=share, text=f"{stage} (Esc to stop)")
+    elif live.said():
+        draw_text(layout, context, live.said())
 
 
 def draw_missing(layout: Any, context: bpy.types.Context) -> None:
@@ -117,6 +159,48 @@ def draw_missing(layout: Any, context: bpy.types.Context) -> None:
     draw_text(box, context, complaint, "ERROR")
     draw_text(box, context, dependencies.install_command())
     box.operator(operators.SPLASH_OT_copy_install_command.bl_idname, icon="COPYDOWN")
+
+
+def draw_problems(layout: Any, context: bpy.types.Context) -> None:
+    """Show what went wrong and still does, and the button that hides it."""
+    owners = splash_operators.shown_owners(context)
+    sentences = problems.sentences(owners)
+    if sentences:
+        draw_warnings(layout, context, "\n".join(sentences))
+        layout.operator(splash_operators.SPLASH_OT_dismiss.bl_idname, icon="X")
+
+
+def draw_advice(layout: Any, context: bpy.types.Context, warnings: str) -> None:
+    """Show the warnings of the last run, each with the button that does something about it."""
+    draw_warnings(layout, context, warnings)
+    for operator, icon in (
+        (operators.SPLASH_OT_select_strokes, "RESTRICT_SELECT_OFF"),
+        (splash_operators.SPLASH_OT_fit_speed, "PREVIEW_RANGE"),
+    ):
+        if operator.bl_label in warnings:
+            layout.operator(operator.bl_idname, icon=icon)
+
+
+def draw_seed(layout: Any, splash: bpy.types.Object) -> None:
+    """Show the seed between the buttons that make the splashes of its neighbours."""
+    row = layout.row(align=True)
+    name = splash_operators.SPLASH_OT_step_seed.bl_idname
+    row.operator(name, text="", icon="TRIA_LEFT").step = -1
+    row.prop(splash.splash.settings, "seed")
+    row.operator(name, text="", icon="TRIA_RIGHT").step = 1
+
+
+def draw_follow(layout: Any, splash: bpy.types.Object) -> None:
+    """Show whether the splash follows its sketch; no button for parts of models."""
+    if splash.splash.sketch is None or splash.splash.owner is not None:
+        return
+    follows = splash.parent == splash.splash.sketch
+    operator = layout.operator(
+        splash_operators.SPLASH_OT_follow.bl_idname,
+        icon="CHECKBOX_HLT" if follows else "CHECKBOX_DEHLT",
+        depress=follows,
+    )
+    operator.on = not follows
 
 
 def draw_preparing(layout: Any, context: bpy.types.Context) -> None:
@@ -144,7 +228,10 @@ def draw_eye(row: Any, item: Any) -> None:
 def draw_warnings(layout: Any, context: bpy.types.Context, warnings: str) -> None:
     """Draw each line of ``warnings`` in a box of its own."""
     for warning in filter(None, warnings.split("\n")):
-        draw_text(layout.box(), context, warning, "ERROR")
+        row = layout.box().row()
+        draw_text(row, context, warning, "ERROR")
+        if name := select_named.object_in(warning):
+            select_named.draw_button(row, name)
 
 
 def draw_text(layout: Any, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:

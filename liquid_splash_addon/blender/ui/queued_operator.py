@@ -7,9 +7,10 @@ from typing import Any
 
 import bpy
 
-from ..jobs import work_queue
+from ..jobs import problems, work_queue
 from ..jobs.job import redraw_sidebars
 from ..jobs.messages import sentence_for
+from ..jobs.problems import Check
 from ..jobs.work_queue import Entry, Work
 
 TICK = 0.1
@@ -49,8 +50,16 @@ class QueuedOperator:
         """Return the session_uid of the object that it is about; 0 for none."""
         return 0
 
+    def about(self) -> int:
+        """Return the session_uid of the object in whose panel an error is shown; 0 for all."""
+        return self.owner()
+
+    def cause(self) -> Check | None:
+        """Return what looks whether the cause of an error is still there, if that can be seen."""
+        return None
+
     def failed(self, error: Exception) -> None:
-        """Keep an error where the user finds it later."""
+        """Keep an error where else the user finds it later."""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Do the work at once."""
@@ -64,7 +73,7 @@ class QueuedOperator:
             return self.give_up(error)
         finally:
             manager.progress_end()
-        return {"FINISHED"}
+        return self.done()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Do the work in another thread, while Blender stays usable."""
@@ -113,7 +122,7 @@ class QueuedOperator:
             self.leave(context)
             return self.give_up(error)
         self.leave(context)
-        return {"FINISHED"}
+        return self.done()
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Stop, because Blender ends the operator: another file is opened, or Blender quits."""
@@ -127,6 +136,15 @@ class QueuedOperator:
         if context.workspace is not None:
             context.workspace.status_text_set(None)
 
+    def done(self) -> set[str]:
+        """Forget what stood in the way before."""
+        problems.clear(self.about(), self.tried())
+        return {"FINISHED"}
+
+    def tried(self) -> str:
+        """Return the name under which errors are kept: a later success clears them."""
+        return str(self.bl_idname)  # type: ignore[attr-defined]
+
     def stopped(self) -> set[str]:
         """Say that it was stopped."""
         self.report({"INFO"}, "Stopped: nothing was changed")
@@ -135,7 +153,12 @@ class QueuedOperator:
     def give_up(self, error: Exception) -> set[str]:
         """Report an error. Those that no user can mend go to the console as well."""
         work_queue.print_unexpected(error)
-        self.report({"ERROR"}, sentence_for(error))
+        sentence = sentence_for(error)
+        self.report({"ERROR"}, sentence)
+        try:
+            problems.add(self.about(), self.tried(), sentence, self.cause())
+        except AttributeError:  # it failed before it knew what it is about
+            problems.add(0, self.tried(), sentence)
         self.failed(error)
         return {"CANCELLED"}
 

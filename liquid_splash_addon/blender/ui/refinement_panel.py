@@ -12,6 +12,7 @@ from ..jobs import flow_on, scheduler
 from ..scene.targets import shown_splash
 from . import refinement_operators as operators
 from .panels import SplashPanel, draw_eye, draw_text, draw_warnings, settings_column
+from .select_named import draw_button
 
 ICONS = {
     "DROPLETS": "META_BALL",
@@ -48,6 +49,7 @@ class SPLASH_PT_refinements(SplashPanel, bpy.types.Panel):
     bl_label = "Refinements"
     bl_parent_id = "SPLASH_PT_main"
     bl_order = 1
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -98,13 +100,26 @@ class SPLASH_PT_obstacles(SplashPanel, bpy.types.Panel):
         return shown_splash(context) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Show the collection, and the button to press after moving obstacles."""
+        """Show the collection, what its objects count as, and the button for moved obstacles."""
         layout = self.layout
         group = shown_splash(context).splash_obstacles
         column = settings_column(layout)
         column.prop(group, "collection", text="Collection")
         column.prop(group, "clearance")
+        draw_verdicts(layout, group)
         layout.operator(operators.SPLASH_OT_refinement_update.bl_idname, icon="FILE_REFRESH")
+
+
+def draw_verdicts(layout: Any, group: Any) -> None:
+    """Show what each obstacle was taken for, with the choice and a button that selects it."""
+    column = layout.column(align=True)
+    for name, verdict in group.listed if group.collection is not None else ():
+        row = column.row(align=True)
+        item = bpy.data.objects.get(name)
+        row.label(text=f"{name}: {verdict}")
+        if item is not None:
+            row.prop(item.splash_obstacle, "kind", text="")
+            draw_button(row, name)
 
 
 def draw_flow_on(layout: Any, context: bpy.types.Context, splash: bpy.types.Object) -> None:

@@ -51,7 +51,8 @@ def drops_to_local(drops: Drops, frame: Frame) -> Drops:
 
 
 def mesh_to_drawing(mesh: Mesh, frame: Frame) -> Mesh:
-    """Convert a mesh from local metres to drawing units."""
+    """Convert a mesh from local metres to drawing units; its faces go on facing outward."""
     vertices = frame.points_to_drawing(mesh.vertices.astype(np.float64))
     velocities = frame.vectors_to_drawing(mesh.velocities.astype(np.float64))
-    return Mesh(vertices.astype(np.float32), mesh.faces, velocities.astype(np.float32))
+    faces = np.ascontiguousarray(mesh.faces[:, ::-1]) if frame.is_mirrored else mesh.faces
+    return Mesh(vertices.astype(np.float32), faces, velocities.astype(np.float32))

@@ -251,8 +251,6 @@ def free_drops(
         kept &= outside_obstacles(drops.positions, obstacles, blocks.grid.spacing, offset)
         kept &= clear_of_drops(drops, found)
         mesh = mesh_to_drawing(part.cloud.only(kept).mesh, frame)
-        if np.linalg.det(frame.axes) < 0:
-            mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
         balls = balls.joined(mesh)
         found = Drops(*(np.concatenate([a, b[kept]]) for a, b in zip(found, drops, strict=True)))
     return found, balls

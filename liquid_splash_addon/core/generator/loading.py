@@ -77,6 +77,21 @@ def load_generator(
     return Generator(network, header, digest, pick_device(device), precision, classifier)
 
 
+def load_fastest(path: Path | None, device: str = "AUTO", precision: str = "") -> Generator:
+    """Return the generator as :func:`load_generator` does, in the number format ``precision``.
+
+    If that is empty or not available on this device (as in a file from another machine), the
+    fastest is measured and used.
+    """
+    load_torch()
+    from .precision import is_usable, known_fastest
+
+    picked = pick_device(device)
+    if not precision or not is_usable(picked, precision):
+        precision = known_fastest(picked)
+    return load_generator(path, device, precision)
+
+
 def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetwork:
     """Return the network with the tensors in ``data``; WeightsError if they do not fit."""
     import torch
@@ -90,9 +105,10 @@ def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetw
         for name, value in header["network"].items()
     }
     try:
-        network = SplashNetwork(NetworkConfig(**shape))
+        with torch.device("meta"):  # random weights would take as long as reading these
+            network = SplashNetwork(NetworkConfig(**shape))
         tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}
-        network.load_state_dict(tensors)
+        network.load_state_dict(tensors, assign=True)
     except (SafetensorError, RuntimeError, TypeError, IndexError) as error:
         raise WeightsError(
             f"{path} is damaged (its tensors do not fit its header): install the add-on again"

@@ -19,10 +19,14 @@ from ..mesh.signed_distance import bounds_of, deciding_triangles, distance_on_gr
 from ..numeric.gradient import unit_gradient
 from ..numeric.triangles import triangle_areas
 from ..sketch.local_frame import Frame
+from .openness import MEANT_SOLID, enclosed_share, points_inside
 
 MOST_HOLES = 0.15
 """Share of a mesh's area up to which its holes are closed as if by a film: a figurine with an open
-base counts as solid. A plane (1), a bowl (0.5) or an open tube does not."""
+base counts as solid. A plane (1), a bowl (0.5) or an open tube does not, see ``openness``."""
+
+AUTO, SOLID, SHEET = "AUTO", "SOLID", "SHEET"
+"""What a mesh is to count as: whatever it seems to be, or one of both."""
 
 SHELL_CELLS = 1.0
 """Half the thickness in cells that open meshes are given, so that the grid can hold them."""
@@ -102,13 +106,16 @@ class Clearance:
     grid: Grid
 
 
-def obstacle_from_mesh(vertices: np.ndarray, faces: np.ndarray, name: str = "") -> Obstacle:
+def obstacle_from_mesh(
+    vertices: np.ndarray, faces: np.ndarray, name: str = "", kind: str = AUTO
+) -> Obstacle:
     """Return a mesh as an obstacle.
 
     vertices : ``(n, 3)``; faces : ``(m, 3)`` indices. Parts may overlap, and the normals may all
-    point inward. Small holes (see MOST_HOLES) are closed; a mesh with larger ones becomes a sheet,
-    with a warning. Raises ObstacleError, with the mesh's name, for one that encloses nothing or is
-    damaged.
+    point inward. Holes of a solid are closed by films. kind : AUTO takes a mesh for a solid if its
+    holes are small (see MOST_HOLES) or if it encloses its inside all the same (see MEANT_SOLID),
+    else for a sheet, with a warning. Raises ObstacleError, with the mesh's name, for one that
+    encloses nothing or is damaged.
     """
     label = f"Obstacle {name!r}" if name else "The obstacle"
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
@@ -120,18 +127,28 @@ def obstacle_from_mesh(vertices: np.ndarray, faces: np.ndarray, name: str = "") 
         raise ObstacleError(f"{label} has faces with missing vertices: repair the mesh")
     vertices, faces = welded(vertices, faces)
     triangles = vertices[faces]
-    caps = films(vertices, faces)
     size = triangle_areas(triangles).sum()
     if not size > 0:
         raise ObstacleError(f"{label} has no area: choose a mesh with faces or remove it")
+    if kind == SHEET:
+        return Obstacle(triangles, False)
+    caps = films(vertices, faces)
     share = triangle_areas(caps).sum() / size
-    if share <= MOST_HOLES:
-        return Obstacle(np.concatenate([triangles, caps]))
+    closed = np.concatenate([triangles, caps])
+    if kind == SOLID and len(points_inside(closed)):
+        return Obstacle(closed)
+    if kind != SOLID and (share <= MOST_HOLES or enclosed_share(triangles, caps) >= MEANT_SOLID):
+        return Obstacle(closed)
+    if kind == SOLID:
+        return Obstacle(
+            triangles, False,
+            f"{label} encloses nothing, even with its holes filled: it counts as a thin sheet",
+        )  # fmt: skip
     return Obstacle(
         triangles,
         False,
         f"{label} is not closed (holes are {share:.0%} of its area): it counts as a thin sheet. "
-        "To make it solid, fill its holes and recalculate its normals, or add a Solidify modifier",
+        "To make it solid, choose Solid in Obstacles or fill its holes",
     )
 
 

@@ -18,7 +18,7 @@ from ..scale import GRAVITY
 from .domain import bounds_along
 from .scene import Scene, prepare
 from .settings import SimulationSettings
-from .start import MovingObstacle, Start
+from .start import Start
 from .surface import CLEARANCE, LAYERS, current_of, surface_of
 
 MOST_MILLISECONDS = 100.0
@@ -93,7 +93,7 @@ def margin_for(start: Start, seconds: float, gravity: float) -> float:
 
 def at_rest(start: Start) -> Start:
     """Return the start with obstacles that keep to their first pose."""
-    first = (MovingObstacle(one.poses[:1], one.faces, one.name) for one in start.obstacles)
+    first = (replace(one, poses=one.poses[:1]) for one in start.obstacles)
     return replace(start, obstacles=tuple(first))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from ..liquid.fields import pack_near, unpack_near
 from ..liquid.level_set import LevelSet
 from ..mesh.mesh import Mesh
+from ..obstacles.obstacles import AUTO
 
 FAR = 4.0
 """Cells from the surface beyond which a start's level is not kept."""
@@ -51,11 +52,13 @@ class MovingObstacle:
         between they move straight. ``p`` is 1 for one at rest; after the last pose it stays.
     faces : int32 ``(m, 3)``
     name : for messages
+    kind : what it is to count as, see ``obstacles.obstacle_from_mesh``
     """
 
     poses: np.ndarray
     faces: np.ndarray
     name: str = ""
+    kind: str = AUTO
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,10 @@ class Start:
         for number, obstacle in enumerate(self.obstacles):
             arrays[f"poses_{number}"] = np.asarray(obstacle.poses, dtype=np.float32)
             arrays[f"faces_{number}"] = np.asarray(obstacle.faces, dtype=np.int32)
+        if any(obstacle.kind != AUTO for obstacle in self.obstacles):
+            arrays["kinds"] = np.array(
+                [obstacle.kind for obstacle in self.obstacles], dtype=np.str_
+            )
         return arrays
 
     @classmethod
@@ -107,9 +114,11 @@ class Start:
         velocity = np.zeros((3, *grid.shape), dtype=np.float32)
         velocity[:, near] = arrays["velocity"]
         drops = arrays["drops"]
+        names = arrays["names"]
+        kinds = arrays.get("kinds", np.full(len(names), AUTO))
         obstacles = tuple(
-            MovingObstacle(arrays[f"poses_{number}"], arrays[f"faces_{number}"], str(name))
-            for number, name in enumerate(arrays["names"])
+            MovingObstacle(arrays[f"poses_{n}"], arrays[f"faces_{n}"], str(name), str(kind))
+            for n, (name, kind) in enumerate(zip(names, kinds, strict=True))
         )
         frame_seconds, ground = (float(value) for value in arrays["numbers"])
         return cls(

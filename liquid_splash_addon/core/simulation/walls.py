@@ -131,7 +131,7 @@ class PosedObstacle:
                 f"Obstacle {obstacle.name!r} has vertices with invalid coordinates: repair it"
             )
         first = poses[0].astype(np.float64)
-        checked = obstacle_from_mesh(first, obstacle.faces, obstacle.name)
+        checked = obstacle_from_mesh(first, obstacle.faces, obstacle.name, obstacle.kind)
         self.is_solid, self.warning = checked.solid, checked.warning
         self._kept, place = weld(first)
         self._faces = welded_faces(np.asarray(obstacle.faces), place)

@@ -30,12 +30,14 @@ class Drawing:
     times : float ``(n,)`` seconds since the stroke began, or None where none were recorded
     pressures : float ``(n,)`` in 0..1, or None
     speeds : float ``(n,)``, the hand's speed where it was stored, units per second, or None
+    factors : float ``(n,)`` on the speed, wherever that comes from, see :mod:`.flow`, or None
     """
 
     points: np.ndarray
     times: np.ndarray | None = None
     pressures: np.ndarray | None = None
     speeds: np.ndarray | None = None
+    factors: np.ndarray | None = None
 
     @property
     def is_timed(self) -> bool:
@@ -137,6 +139,8 @@ def strokes_from_drawings(
         if velocities is None:
             lacking += 1
             velocities = hand_speed * tangents(drawing.points)
+        if drawing.factors is not None:
+            velocities = drawing.factors[:, None] * velocities
         strokes.append(Stroke(drawing.points, velocities))
     warnings = left_out
     if lacking:
@@ -170,6 +174,22 @@ def known_velocity(
     if source in ("TIME", "ATTRIBUTE") and drawing.is_timed:
         return estimate_velocity(drawing.points, np.asarray(drawing.times))
     return None
+
+
+def backward(drawing: Drawing) -> Drawing:
+    """Return a drawing drawn the other way: at each place as fast as before."""
+
+    def turned(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else values[::-1]
+
+    times = None if drawing.times is None else drawing.times[-1] - drawing.times[::-1]
+    return Drawing(
+        drawing.points[::-1],
+        times,
+        turned(drawing.pressures),
+        turned(drawing.speeds),
+        turned(drawing.factors),
+    )
 
 
 def drawing_scale(drawings: Sequence[Drawing], real_size: float) -> Scale:
@@ -206,7 +226,7 @@ def usable_drawings(drawings: Sequence[Drawing]) -> tuple[list[Drawing], list[in
             "draw a longer one"
         )
     warnings = [
-        f"Left out {faults.count(fault)} stroke(s) {fault}: Select Strokes shows them"
+        f"Left out {faults.count(fault)} stroke(s) {fault}"
         for fault in dict.fromkeys(filter(None, faults))
     ]
     return usable, [n for n, fault in enumerate(faults) if fault], warnings

@@ -70,6 +70,24 @@ class Frame:
             for stroke in strokes
         ]
 
+    def moved(self, matrix: np.ndarray) -> Frame:
+        """Return the frame of the same liquid where the drawing is moved by ``matrix`` ``(4, 4)``.
+
+        A similarity; a reflection makes the axes left-handed, and the liquid its mirror image.
+        """
+        turn = matrix[:3, :3]
+        size = float(np.cbrt(abs(np.linalg.det(turn))))
+        return Frame(
+            self.axes @ (turn / size).T,
+            turn @ self.centre + matrix[:3, 3],
+            self.scale.resized(size),
+        )
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether the axes are left-handed."""
+        return bool(np.linalg.det(self.axes) < 0)
+
     def turned(self, rotation: np.ndarray) -> Frame:
         """Return the frame whose local space is turned by ``rotation`` ``(3, 3)``."""
         return Frame(rotation @ self.axes, self.centre, self.scale)
