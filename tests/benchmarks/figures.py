@@ -53,6 +53,18 @@ FIGURES = {
         "before, code already compiled", "s",
         "synthesis.seconds_128", "of the splash itself",
     ),
+    "refinement.seconds_fresh": Figure(
+        "the preset Fresh (droplets, sheets and waves), the same", "s",
+        "refinement.seconds_default", "times droplets and waves alone",
+    ),
+    "refinement.seconds_sheets": Figure(
+        "sheets of the crown's surface at 128^3", "s",
+        "refinement.seconds_default", "of the default refinements",
+    ),
+    "refinement.seconds_sheet_slider": Figure(
+        "one slider of sheets changed, fingers included", "s",
+        "refinement.seconds_sheets", "of all sheets",
+    ),
     "refinement.seconds_wave_slider": Figure(
         "one wave slider of it changed", "s", "refinement.seconds_default", "of all refinements",
     ),
