@@ -54,15 +54,16 @@ FIGURES = {
         "synthesis.seconds_128", "of the splash itself",
     ),
     "refinement.seconds_fresh": Figure(
-        "the preset Fresh (sheets, droplets and waves) of it, the same", "s",
-        "refinement.seconds_default", "of droplets and waves alone",
+        "the preset Fresh (droplets, sheets and waves), the same", "s",
+        "refinement.seconds_default", "times droplets and waves alone",
     ),
     "refinement.seconds_sheets": Figure(
         "sheets of the crown's surface at 128^3", "s",
-        "refinement.seconds_default", "of droplets and waves",
+        "refinement.seconds_default", "of the default refinements",
     ),
     "refinement.seconds_sheet_slider": Figure(
-        "one slider of sheets changed", "s", "refinement.seconds_sheets", "of all sheets",
+        "one slider of sheets changed, fingers included", "s",
+        "refinement.seconds_sheets", "of all sheets",
     ),
     "refinement.seconds_wave_slider": Figure(
         "one wave slider of it changed", "s", "refinement.seconds_default", "of all refinements",
