@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Random things that artists do to random scenes.
 
-python -m tests.blender.scene_fuzzer FIRST COUNT    sequences by their seeds, in Blender's module
+python -m tests.blender.scene_fuzzer FIRST COUNT    sequences by seed, Blender's module
 """
 
 from __future__ import annotations
