@@ -67,9 +67,10 @@ def hidden_material(sketch: bpy.types.Object) -> None:
 def fill(sketch: bpy.types.Object) -> None:
     style = material(sketch)
     style.show_stroke, style.show_fill = False, True
-    stroke = sketch.data.layers[0].current_frame().drawing.strokes[-1]
-    if hasattr(stroke, "hide_stroke"):  # from 5.1 or 5.2 on it is the strokes' own
-        stroke.hide_stroke = True
+    drawing = sketch.data.layers[0].current_frame().drawing
+    if bpy.app.version >= (5, 1, 0):  # there it is the strokes' own
+        unseen = drawing.attributes.new("hide_stroke", "BOOLEAN", "CURVE")
+        unseen.data[len(unseen.data) - 1].value = True
 
 
 def clear_stroke(sketch: bpy.types.Object) -> None:
