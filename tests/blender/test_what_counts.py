@@ -70,7 +70,9 @@ def fill(sketch: bpy.types.Object) -> None:
     drawing = sketch.data.layers[0].current_frame().drawing
     if bpy.app.version >= (5, 1, 0):  # there it is the strokes' own
         unseen = drawing.attributes.new("hide_stroke", "BOOLEAN", "CURVE")
-        unseen.data[len(unseen.data) - 1].value = True
+        values = [False] * len(unseen.data)
+        values[-1] = True
+        unseen.data.foreach_set("value", values)
 
 
 def clear_stroke(sketch: bpy.types.Object) -> None:
