@@ -66,9 +66,10 @@ def hidden_material(sketch: bpy.types.Object) -> None:
 
 def fill(sketch: bpy.types.Object) -> None:
     style = material(sketch)
-    style.show_stroke, style.show_fill = False, True
-    drawing = sketch.data.layers[0].current_frame().drawing
-    if bpy.app.version >= (5, 1, 0):  # there it is the strokes' own
+    if bpy.app.version < (5, 1, 0):
+        style.show_stroke, style.show_fill = False, True
+    else:  # the strokes' own
+        drawing = sketch.data.layers[0].current_frame().drawing
         unseen = drawing.attributes.new("hide_stroke", "BOOLEAN", "CURVE")
         values = [False] * len(unseen.data)
         values[-1] = True
