@@ -66,10 +66,14 @@ def hidden_material(sketch: bpy.types.Object) -> None:
 
 def fill(sketch: bpy.types.Object) -> None:
     style = material(sketch)
-    style.show_stroke, style.show_fill = False, True
-    stroke = sketch.data.layers[0].current_frame().drawing.strokes[-1]
-    if hasattr(stroke, "hide_stroke"):  # from 5.1 or 5.2 on it is the strokes' own
-        stroke.hide_stroke = True
+    if bpy.app.version < (5, 1, 0):
+        style.show_stroke, style.show_fill = False, True
+    else:  # the strokes' own
+        drawing = sketch.data.layers[0].current_frame().drawing
+        unseen = drawing.attributes.new("hide_stroke", "BOOLEAN", "CURVE")
+        values = [False] * len(unseen.data)
+        values[-1] = True
+        unseen.data.foreach_set("value", values)
 
 
 def clear_stroke(sketch: bpy.types.Object) -> None:

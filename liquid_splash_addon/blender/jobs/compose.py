@@ -83,14 +83,8 @@ class ModelTask:
         for part in self.parts:
             source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
-<<<<<<< HEAD
-        found = (
-            f"{source.hexdigest()[:16]} {self.settings!r} {self.sheets!r} {self.waves!r} {around!r}"
-        )
-=======
         wanted = f"{self.settings!r} {self.sheets!r} {self.waves!r}"
         found = f"{source.hexdigest()[:16]} {wanted} {around!r}"
->>>>>>> sheets
         return f"{found} {self.left_out!r}" if self.left_out else found
 
 
