@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from skimage.measure import marching_cubes
 
+from liquid_splash_addon.core.animation.streamline_settings import StreamlineSettings
 from liquid_splash_addon.core.animation.streamlines_of_surface import (
     FlowError,
-    StreamlineSettings,
     slowed,
     strokes_of_particles,
     strokes_of_surface,

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from liquid_splash_addon.core.animation.streamline_settings import StreamlineSettings
 from liquid_splash_addon.core.animation.streamlines_of_surface import (
-    StreamlineSettings,
     strokes_of_surface,
 )
 from liquid_splash_addon.core.condition.voxelize import Condition

@@ -20,7 +20,12 @@ from ...core.simulation.settings import FlowOnSettings
 from .properties import assign_settings, settings_properties, to_settings
 from .revisions import changed
 
-ITEMS = [(kind, settings.label, settings.about) for kind, settings in KINDS.items()]
+STORED = ("DROPLETS", "RUPTURES", "WAVES", "CLEANUP", "SHEETS")
+"""Kinds by the numbers that files keep of them: new ones come last."""
+
+ITEMS = [
+    (kind, settings.label, settings.about, STORED.index(kind)) for kind, settings in KINDS.items()
+]
 
 
 def make_group(kind: str, settings: type[RefinementSettings]) -> type[bpy.types.PropertyGroup]:

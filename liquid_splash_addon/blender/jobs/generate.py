@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import bpy
 import numpy as np
 
-from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
@@ -141,6 +140,8 @@ def snapshot(
     device = device_for(context, settings.device)
     frame, moved = None, np.eye(4)
     if splash is not None:
+        from ...core.refinement.stored_splash import strokes_of
+
         strokes = strokes_of(stored_liquid.read(splash.data)[0])
         moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
         frame = None if realign else kept_frame(record, moved)

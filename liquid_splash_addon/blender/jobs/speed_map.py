@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 import numpy as np
 
-from ...core.refinement.stored_splash import strokes_of
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame, fit_frame
@@ -121,6 +120,8 @@ def kept_frame(
     splash: bpy.types.Object, sketch: bpy.types.Object, drawings: list[Drawing]
 ) -> Frame | None:
     """Return the frame that the splash would be made again in, moved as its strokes were."""
+    from ...core.refinement.stored_splash import strokes_of
+
     strokes = strokes_of(stored_liquid.read(splash.data)[0])
     moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
     return generate.kept_frame(splash.splash, moved)

@@ -10,7 +10,7 @@ import bpy
 from bpy.props import FloatProperty
 from mathutils import Matrix
 
-from ...core.animation.streamlines_of_surface import StreamlineSettings
+from ...core.animation.streamline_settings import StreamlineSettings
 from ..data.properties import plain, settings_properties, to_settings
 from ..jobs.work_queue import Work
 from ..scene.flow import Flow, own_time_scale, read_flow

@@ -8,7 +8,6 @@ liquid, clustered down to the few that an artist would draw (paper, 4.2.2).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from ..fluid.streamlines import representatives, seed_points, trace
 from ..grid import Grid
 from ..obstacles.obstacles import ObstacleError, obstacle_from_mesh, signed_distance
 from ..progress import Report, silent
-from ..settings import Settings, setting
 from ..sketch.drawing import Drawing
+from .streamline_settings import StreamlineSettings
 
 TRACED = 160
 """Streamlines of which the strokes are chosen."""
@@ -58,29 +57,6 @@ PARTICLE_RADIUS = 1.0
 
 class FlowError(ValueError):
     """No strokes can be found; the message says what to do."""
-
-
-@dataclass(frozen=True)
-class StreamlineSettings(Settings):
-    """How strokes are found in a flow."""
-
-    strokes: int = setting(
-        12,
-        "Strokes",
-        "Number of strokes at most: as many as an artist would draw",
-        low=1,
-        high=100,
-        soft=20,
-    )
-    cells: int = setting(
-        96,
-        "Resolution",
-        "Cells along the longest side in which streamlines are traced. Sheets thinner than a cell "
-        "are lost",
-        low=32,
-        high=256,
-    )
-    seed: int = setting(0, "Seed", "Other streamlines of the same flow", low=0, high=2**31 - 1)
 
 
 def strokes_of_surface(
