@@ -5,7 +5,7 @@
 #
 #     tests/every_way.sh [--only plain|bpy|bpy-next|blender] [options for pytest]
 #
-# Plain Python has a core of its own beside the other ways, one after the other; its output comes last.
+# Plain Python and the module of 5.0 have a core of their own beside the other ways; their output comes last.
 # A way that cannot be had here is skipped with a line that says why; asked for by --only, it is a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -15,7 +15,7 @@ failed=()
 only=
 said=$(mktemp -d)
 beside=
-trap '[ -z "$beside" ] || kill "$beside" 2>/dev/null; rm -rf "$said"' EXIT
+trap '[ -z "$beside" ] || kill -- "-$beside" 2>/dev/null; rm -rf "$said"' EXIT
 if [ "${1:-}" = --only ]; then
     only=${2:-}
     [[ $only =~ ^(plain|bpy|bpy-next|blender)$ ]] || { echo "No such way to run the tests: '$only'" >&2; exit 2; }
@@ -57,38 +57,60 @@ find_blender() {
     esac
 }
 
-run_next_module() {
+next_version=5.0.1
+next_folder=${XDG_CACHE_HOME:-$HOME/.cache}/liquid-splash/bpy-$next_version
+
+find_next_module() {
     # Only the module differs from the way before, so it does not need an environment of its own.
-    local version=5.0.1
-    local folder=${XDG_CACHE_HOME:-$HOME/.cache}/liquid-splash/bpy-$version
-    if [ ! -e "$folder/.installed" ]; then
-        # shellcheck disable=SC2086  # PIP_ARGS is a list of words
-        "$python" -m pip install ${PIP_ARGS:-} --quiet --no-deps --upgrade --target "$folder" "bpy==$version" \
-            || { skip "bpy $version" "The package index does not give it."; return 0; }
-        touch "$folder/.installed"
-    fi
+    [ ! -e "$next_folder/.installed" ] || return 0
+    # shellcheck disable=SC2086  # PIP_ARGS is a list of words
+    "$python" -m pip install ${PIP_ARGS:-} --quiet --no-deps --upgrade --target "$next_folder" "bpy==$next_version" \
+        || { skip "bpy $next_version" "The package index does not give it."; return 1; }
+    touch "$next_folder/.installed"
+}
+
+in_next_module() {
     # What the bundled weights give does not depend on Blender, and takes long.
-    run "bpy $version" env PYTHONPATH="$folder" "$python" tests/run.py \
+    env PYTHONPATH="$next_folder" "$python" tests/run.py \
         tests/blender --ignore tests/blender/test_real_weights.py "$@"
+}
+
+begin() {
+    # Run a way whose output is shown later, by "report".
+    local name=$1 status=0
+    "${@:2}" > "$said/$name" 2>&1 || status=$?
+    echo "$status" > "$said/$name.status"
+}
+
+report() {
+    cat "$said/$1"
+    return "$(cat "$said/$1.status")"
 }
 
 # Provisioning comes first: who starts it should not wait for tests to learn that it fails.
 ! wanted blender || find_blender
+has_next=
+! wanted bpy-next || ! find_next_module || has_next=yes
 if [ -n "$only" ]; then
     ! wanted plain || run "plain Python" "${plain[@]}" "$@"
+    [ -z "$has_next" ] || run "bpy $next_version" in_next_module "$@"
 else
-    OMP_NUM_THREADS=1 "${plain[@]}" "$@" > "$said/plain" 2>&1 &
-    beside=$!
     export OMP_NUM_THREADS=1
+    set -m # a process group, so that all of it can be stopped
+    {
+        begin plain "${plain[@]}" "$@"
+        [ -z "$has_next" ] || begin next in_next_module "$@"
+    } &
+    beside=$!
+    set +m
 fi
 ! wanted bpy || run "bpy" "$python" tests/run.py "$@"
-! wanted bpy-next || run_next_module "$@"
 ! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
 if [ -z "$only" ]; then
-    wait "$beside" && plain_status=0 || plain_status=$?
+    wait "$beside"
     beside=
-    report() { cat "$said/plain"; return "$plain_status"; }
-    run "plain Python" report
+    run "plain Python" report plain
+    [ -z "$has_next" ] || run "bpy $next_version" report next
 fi
 
 printf '\n=== Summary\n'
