@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ...core.refinement.settings import SheetSettings, WaveSettings
+from ...core.refinement.settings import RefinementSettings, SheetSettings, WaveSettings
 from ..data.model import is_model
 from ..jobs import scheduler
 from . import model_operators as operators
@@ -98,12 +98,7 @@ class SPLASH_PT_model_sheets(ModelPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the sliders."""
-        group = context.active_object.splash_model
-        column = self.layout.column()
-        column.use_property_split = True
-        column.active = group.use_sheets
-        for field in fields(SheetSettings):
-            column.prop(group.sheets, field.name)
+        draw_sliders(self.layout, context.active_object.splash_model, "sheets", SheetSettings)
 
 
 class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
@@ -119,12 +114,16 @@ class SPLASH_PT_model_waves(ModelPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the sliders."""
-        group = context.active_object.splash_model
-        column = self.layout.column()
-        column.use_property_split = True
-        column.active = group.use_waves
-        for field in fields(WaveSettings):
-            column.prop(group.waves, field.name)
+        draw_sliders(self.layout, context.active_object.splash_model, "waves", WaveSettings)
+
+
+def draw_sliders(layout: Any, group: Any, name: str, settings: type[RefinementSettings]) -> None:
+    """Draw the settings of a refinement of the joined surface, grey where it is switched off."""
+    column = layout.column()
+    column.use_property_split = True
+    column.active = getattr(group, f"use_{name}")
+    for field in fields(settings):
+        column.prop(getattr(group, name), field.name)
 
 
 register, unregister = bpy.utils.register_classes_factory(
