@@ -376,7 +376,8 @@ def remember(
     record = splash.splash
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
-    record.made_of, record.made_with = request.digest, repr(request.settings)
+    record.made_of = splash.data.splash_liquid.made_of = request.digest
+    record.made_with = repr(request.settings)
     record.fastest = result.fastest
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
