@@ -21,6 +21,7 @@ from bpy.props import (
 
 from ...core.settings import Settings, SplashSettings
 from . import index
+from .revisions import changed
 
 STROKE_TYPES = ("GREASEPENCIL", "CURVE", "CURVES")
 """Types of the objects whose strokes a splash can be made of."""
@@ -73,10 +74,20 @@ def assign_settings(group: Any, settings: Settings) -> None:
         setattr(group, item.name, getattr(settings, item.name))
 
 
+def liquid_changed(group: Any, context: bpy.types.Context) -> None:
+    """Tell that a splash, not a scene, is of another liquid: its refinements follow."""
+    if isinstance(group.id_data, bpy.types.Object):
+        changed(group, context)
+
+
 class SplashSettingsGroup(bpy.types.PropertyGroup):
     """The parameters of one splash."""
 
-    __annotations__ = settings_properties()
+    __annotations__ = settings_properties() | {
+        "liquid": blender_property(
+            SplashSettings.__dataclass_fields__["liquid"], {"update": liquid_changed}
+        )
+    }
 
 
 def fit_anew(group: Any, _context: bpy.types.Context) -> None:

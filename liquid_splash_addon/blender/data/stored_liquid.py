@@ -37,6 +37,10 @@ class SplashLiquidGroup(bpy.types.PropertyGroup):
         description="A few vertices as they were written, 4 numbers each: which one, and where",
         options={"HIDDEN"},
     )
+    attributes: StringProperty(
+        description="Names of the attributes that were written for shaders, beside velocity",
+        options={"HIDDEN"},
+    )
     time_scale: FloatProperty(
         description="Time scale of the mesh's velocities; it was 1 before it could be chosen",
         default=1.0,

@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import bpy
 import numpy as np
 
+from ...core.refinement.viscous import for_liquid
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
 from ...core.sketch.strokes import StrokeError
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
+from ..data.look import colours_from_text, colours_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
 from ..data.refinements import steps_of
@@ -32,7 +34,7 @@ from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, refine
+from . import dependencies, loaded_generator, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.shader_attributes import Attributes, Look
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,8 @@ class Request:
     obstacles: list[Obstacle]
     clearance: float
     may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
+    attributes: bool = False  # whether shaders are to know of its vertices
+    tints: bool = False  # whether strokes colour the liquid
 
     @property
     def digest(self) -> str:
@@ -83,7 +88,15 @@ class Request:
     @property
     def key(self) -> tuple[object, ...]:
         """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
-        return self.splash, self.liquid, self.digest, repr(self.refinements), self.precision
+        return (
+            self.splash,
+            self.liquid,
+            self.digest,
+            repr(self.refinements),
+            self.precision,
+            self.attributes,
+            self.tints,
+        )
 
 
 @dataclass(frozen=True)
@@ -100,6 +113,7 @@ class Result:
     summary: str
     warnings: list[str]
     fastest: float  # m/s, that the generator knows
+    attributes: Attributes | None = None
 
 
 def snapshot(
@@ -165,7 +179,26 @@ def snapshot(
         obstacles=obstacles,
         clearance=clearance,
         may_refit=may_refit,
+        attributes=needs_look(splash, settings),
+        tints=splash is not None and splash.splash_look.stroke_colours,
     )
+
+
+def needs_look(splash: bpy.types.Object | None, settings: SplashSettings) -> bool:
+    """Whether a splash, perhaps one yet to be made, is to have attributes for shaders."""
+    if splash is None:
+        return settings.liquid != "WATER"
+    return refine.wanted_look(splash)[0] or bool(splash.splash_look.stroke_colours)
+
+
+def look_of(request: Request) -> Look | None:
+    """Return what shaders are to know of the vertices, without bpy."""
+    from ...core.refinement.shader_attributes import Look
+
+    text = colours_to_text([drawing.colour for drawing in request.drawings])
+    if request.tints and text:
+        return Look(colours_from_text(text))
+    return Look() if request.attributes else None
 
 
 def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
@@ -259,7 +292,8 @@ def compute(request: Request, report: Report) -> Result:
     generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
-        request.refinements, request.obstacles, request.clearance,
+        for_liquid(request.refinements, settings.liquid), request.obstacles, request.clearance,
+        look_of(request),
     )  # fmt: skip
     report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
@@ -277,6 +311,7 @@ def compute(request: Request, report: Report) -> Result:
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
         fastest=float(generator.fastest),
+        attributes=splash.attributes,
     )
 
 
@@ -360,12 +395,13 @@ def write_splash(
                 follow.attach(splash, sketch)  # it followed the sketch that it was made of before
     elif context.scene.splash.follow:
         follow.attach(splash, sketch)
-    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
+    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved, result.attributes)
     follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
-    remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
+    with scheduler.held():  # what is noted here asks for no evaluation of its own
+        remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
     motion.apply(splash)
 
 
@@ -375,6 +411,7 @@ def remember(
     """Record on the splash how it was made."""
     record = splash.splash
     assign_settings(record.settings, request.settings)
+    splash.splash_look.colours = colours_to_text([d.colour for d in request.drawings])
     record.version = addon_version()
     record.made_of, record.made_with = request.digest, repr(request.settings)
     record.fastest = result.fastest

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...core.refinement.viscous import for_liquid
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
+from ..data.look import colours_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, mesh_object, motion
+from ..scene.liquid_materials import needs_attributes
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import scheduler
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings, WaveSettings
+    from ...core.refinement.shader_attributes import Attributes, Look
     from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
@@ -39,7 +43,10 @@ class Task:
     Attributes
     ----------
     content, identifier : of the stored liquid, see data.stored_liquid
+    steps : refinements, as they are for its liquid
     left_out : sentences about obstacles that cannot be any
+    attributes : whether shaders are to know of its vertices
+    colours : of its strokes as text, where they colour the liquid; "" for none
     """
 
     content: bytes
@@ -50,11 +57,15 @@ class Task:
     obstacles: list[Obstacle]
     clearance: float
     left_out: list[str] = field(default_factory=list)
+    attributes: bool = False
+    colours: str = ""
 
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
         key = self.key_with(self.steps)
+        if self.attributes:
+            key = f"{key} attributes {self.colours}"
         return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
@@ -75,6 +86,7 @@ class Outcome:
     drops: Drops
     gained: list[float]
     warnings: list[str]
+    attributes: Attributes | None = None
 
 
 def task_of(splash: bpy.types.Object) -> Task:
@@ -93,9 +105,29 @@ def read_task(splash: bpy.types.Object) -> Task:
         identifier,
         plain(splash.splash.settings.surface_threshold),
         frame_from_text(splash.splash.frame),
-        steps_of(splash),
+        for_liquid(steps_of(splash), splash.splash.settings.liquid),
         *obstacles_of(splash),
+        *wanted_look(splash),
     )
+
+
+def wanted_look(item: bpy.types.Object) -> tuple[bool, str]:
+    """Return whether a splash or model is to have attributes, and the colours of its strokes."""
+    group = item.splash_look
+    colours = group.colours if group.stroke_colours else ""
+    return group.attributes or bool(colours) or needs_attributes(item), colours
+
+
+def look_of(task: Task) -> Look | None:
+    """Return what shaders are to know of the vertices, without bpy."""
+    from ...core.refinement.shader_attributes import Look
+
+    if not task.attributes:
+        return None
+    colours = colours_from_text(task.colours) if task.colours else None
+    if colours is not None and len(colours) != len(refiner_of(task).strokes):
+        colours = None  # of other strokes, in a file that was put together by hand
+    return Look(colours)
 
 
 refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
@@ -133,7 +165,7 @@ def waves_of(task: Task) -> list[WaveSettings]:
 
 def compute(task: Task, report: Report) -> Outcome:
     """Refine, without bpy. Raises ValueError for damaged fields."""
-    return outcome_of(task, refiner_of(task).refine(task.steps, report))
+    return outcome_of(task, refiner_of(task).refine(task.steps, report, look_of(task)))
 
 
 def outcome_of(task: Task, refined: Refined) -> Outcome:
@@ -145,13 +177,14 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
         drops_to_drawing(refined.cloud, task.frame),
         refined.gained,
         refined.warnings,
+        refined.attributes,
     )
 
 
 def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
-    lost = mesh_object.replace_mesh(splash, outcome.mesh)
+    lost = mesh_object.replace_mesh(splash, outcome.mesh, attributes=outcome.attributes)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
     remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings, *lost])

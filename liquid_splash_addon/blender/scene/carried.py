@@ -71,7 +71,8 @@ class Carried:
 def read(item: bpy.types.Object) -> Carried | None:
     """Read what was added to the mesh of an object; None if there is nothing."""
     data = item.data
-    chosen = [a for a in data.attributes if is_added(a)]
+    ours = data.splash_liquid.attributes.split()
+    chosen = [a for a in data.attributes if is_added(a) and a.name not in ours]
     if not len(data.polygons) or not (chosen or item.vertex_groups):
         return None
     data.calc_loop_triangles()

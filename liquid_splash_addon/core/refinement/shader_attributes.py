@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,17 @@ NAMES = ("thickness", "rim", "age", "stroke", "along", "across", "tint")
 
 Attributes = dict[str, np.ndarray]
 """Values by name: float32 or int32 ``(n,)``, or float32 ``(n, 4)`` for a colour."""
+
+
+class Look(NamedTuple):
+    """What shaders want to know of a mesh: all attributes.
+
+    Attributes
+    ----------
+    colours : float32 ``(strokes, 4)``, linear, alpha 0 for strokes without one; None for no *tint*
+    """
+
+    colours: np.ndarray | None = None
 
 
 def shader_attributes(
@@ -74,3 +86,16 @@ def half_and_rim(
     edges = (bend > RIM_BEND) & (half < RIM_ROOM * spacing)
     distance, _ = spread(points, first, near, edges, np.float32(NO_RIM))
     return half, np.minimum(distance, np.float32(NO_RIM))
+
+
+def carried_room(before: Mesh, room: np.ndarray, mesh: Mesh, drops: np.ndarray) -> np.ndarray:
+    """Return half the thickness at each vertex of a mesh with films, and then of drops, m.
+
+    before, room : the mesh and its half thickness before waves; waves of short length have made
+    it anew. drops : radius at each vertex of the drops' meshes, m.
+    """
+    if len(before.vertices) != len(mesh.vertices):
+        from scipy.spatial import cKDTree
+
+        room = room[cKDTree(before.vertices).query(mesh.vertices)[1]]
+    return np.concatenate([room, drops]).astype(np.float32)
