@@ -76,16 +76,20 @@ def guides_of(strokes: Sequence[Stroke]) -> Guides | None:
     ]
     pace = [1 / np.maximum(np.linalg.norm(stroke.velocities, axis=1), 0.01) for stroke in dense]
     return Guides(
-        *(
-            np.concatenate(values).astype(np.float32)
-            for values in ([stroke.points for stroke in dense], tangents, slopes)
-        ),
+        joined([stroke.points for stroke in dense]),
+        joined(tangents),
+        joined(slopes),
         np.repeat([n for n, _ in known], counts).astype(np.int32),
-        np.concatenate(ages).astype(np.float32),
-        np.concatenate(along).astype(np.float32),
+        joined(ages),
+        joined(along),
         np.repeat(places, counts).astype(np.float32),
-        np.concatenate(pace).astype(np.float32),
+        joined(pace),
     )
+
+
+def joined(values: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the values of all strokes' points, float32."""
+    return np.concatenate(values).astype(np.float32)
 
 
 def directions(points: np.ndarray) -> np.ndarray:
