@@ -178,8 +178,9 @@ class ShaderNodes:
         own = self.add("ShaderNodeRGB", label)
         own.outputs[0].default_value = (*colour, 1.0)
         tint = self.attribute("tint")
+        share = self.attribute("tinted")  # an attribute that is missing has alpha 1
         mix = self.add("ShaderNodeMix", data_type="RGBA")
-        self.feed(mix.inputs[0], tint.outputs["Alpha"])
+        self.feed(mix.inputs[0], share.outputs["Fac"])
         self.feed(mix.inputs[6], own.outputs[0])
         self.feed(mix.inputs[7], tint.outputs["Color"])
         return mix.outputs[2]

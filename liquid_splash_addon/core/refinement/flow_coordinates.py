@@ -166,7 +166,7 @@ def flow_coordinates(
 
     Returns float32 ``(n,)`` *age* (s), *along* and *across* (m), int32 ``(n,)`` *stroke*, -1
     without strokes, and with colours float32 ``(n, 4)`` *tint*, which goes over from one stroke's
-    to the next in the middle third between them.
+    to the next in the middle third between them, and *tinted* ``(n,)``, its alpha.
     """
     guides = guides_of(strokes)
     count = len(points)
@@ -192,7 +192,11 @@ def flow_coordinates(
         )  # fmt: skip
         in_parts(count, lambda a, b: _blend(a, b, *held, values, tint))
     found = {"age": values[:, 0], "along": values[:, 1], "across": values[:, 2], "stroke": stroke}
-    return found if colours is None else found | {"tint": tint}
+    if colours is None:
+        return found
+    share = tint[:, 3].copy()
+    tint[:, :3] /= np.maximum(share[:, None], 1e-6)  # strokes without a colour were black
+    return found | {"tint": tint, "tinted": share}
 
 
 @njit(cache=True, fastmath=True)

@@ -20,7 +20,7 @@ from .sheet_mesh import EDGE, RIM_BEND, RIM_ROOM, THICKEST, averaged, smoothed
 NO_RIM = 1.0
 """Metres that *rim* says where no free edge is connected: far away."""
 
-NAMES = ("thickness", "rim", "age", "stroke", "along", "across", "tint")
+NAMES = ("thickness", "rim", "age", "stroke", "along", "across", "tint", "tinted")
 """All attributes, beside velocity."""
 
 Attributes = dict[str, np.ndarray]
@@ -55,7 +55,8 @@ def shader_attributes(
         none = np.zeros(0, dtype=np.float32)
         found: Attributes = dict.fromkeys(("thickness", "rim", "age", "along", "across"), none)
         found["stroke"] = none.astype(np.int32)
-        return found if colours is None else found | {"tint": np.zeros((0, 4), dtype=np.float32)}
+        tint = {"tint": np.zeros((0, 4), dtype=np.float32), "tinted": none}
+        return found if colours is None else found | tint
     half, rim = half_and_rim(mesh, spacing, room)
     return {"thickness": 2 * half, "rim": rim} | flow_coordinates(mesh.vertices, strokes, colours)
 
