@@ -22,6 +22,7 @@ import liquid_splash_addon
 from liquid_splash_addon.blender.data.refinements import add_step
 from liquid_splash_addon.blender.jobs import refine
 from liquid_splash_addon.core.liquids import LIQUIDS
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.refinement.settings import (
     DropletSettings,
     RefinementSettings,
@@ -30,7 +31,7 @@ from liquid_splash_addon.core.refinement.settings import (
 )
 from training.figures.picture import contact_sheet, titled
 
-BARE: tuple[RefinementSettings, ...] = (DropletSettings(), WaveSettings())
+STEPS: tuple[RefinementSettings, ...] = (DropletSettings(), WaveSettings())
 STRIPES = {"MILK": (0.2, 0.075, 0.03), "PAINT": (0.02, 0.16, 0.6)}
 """Liquids that are striped, and the colour of every other stroke."""
 
@@ -50,8 +51,8 @@ def main() -> None:
         for liquid in options.liquids:
             splash = new_splash(options, liquid)
             label = LIQUIDS[liquid].label
-            sheets = (BARE[0], SheetSettings(), BARE[1])
-            for title, steps in ((label, BARE), (f"{label}: Sheets", sheets)):
+            sheets = (STEPS[0], SheetSettings(), STEPS[1])
+            for title, steps in ((label, STEPS), (f"{label}: Sheets", sheets)):
                 pictures.append(shot(splash, steps, title, path))
         for liquid in set(options.liquids) & STRIPES.keys():
             splash = new_splash(options, liquid)
@@ -67,7 +68,7 @@ def new_splash(options: argparse.Namespace, liquid: str) -> bpy.types.Object:
     liquid_splash_addon.register()
     bpy.ops.splash.liquid(liquid=liquid)
     demo.draw(options.sketch)
-    bpy.ops.splash.generate()
+    bpy.ops.splash.generate(start=BARE)
     splash = bpy.context.active_object
     demo.set_table(table.world_points(splash), options.samples, options.size)
     return splash

@@ -19,7 +19,7 @@ from ..data.look import colours_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
-from ..scene import drop_points, mesh_object, motion
+from ..scene import drop_points, evaluated, mesh_object, motion
 from ..scene.liquid_materials import needs_attributes
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
@@ -197,7 +197,7 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
     gained : change of the volume by each refinement, as a share
     """
     stack = splash.splash_stack
-    stack.evaluated, stack.pending = key, False
+    evaluated.remember(splash, stack, key)
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
     stack.warnings = "\n".join(dict.fromkeys(warnings))
     for model in models_of(splash):
