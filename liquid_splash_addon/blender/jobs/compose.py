@@ -22,10 +22,9 @@ from ..data.look import colours_from_text
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
 from ..scene import drop_points, evaluated, mesh_object, model_parts, motion
-from ..scene.liquid_materials import needs_attributes
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import refine, scheduler
+from . import looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -125,7 +124,7 @@ def read_task(model: bpy.types.Object) -> ModelTask:
         obstacles,
         clearance,
         left_out,
-        model.splash_look.attributes or model.splash_look.stroke_colours or needs_attributes(model),
+        looks.wanted_look(model).attributes,
     )
 
 
@@ -141,8 +140,8 @@ def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
     if not part.is_there:
         raise SceneError(f"'{part.name}' was deleted: undo that, or remove it from the list")
     place = model_parts.place_in(model, splash)
-    colours = splash.splash_look.colours if model.splash_look.stroke_colours else ""
-    task = replace(refine.read_task(splash), attributes=False, colours=colours)
+    colours = splash.splash_look.colours if looks.wanted_look(model).tints else ""
+    task = replace(refine.read_task(splash), look=looks.NOTHING, colours=colours)
     frame_in_model(task.frame, place, splash.name)  # says at once if it is stretched
     return PartTask(splash.name, task, place)
 

@@ -24,18 +24,17 @@ from ...core.sketch.local_frame import Frame
 from ...core.sketch.strokes import StrokeError
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
-from ..data.look import colours_from_text, colours_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
 from ..data.refinements import add_step, steps_of
 from ..data.start import starting_steps
 from ..data.version import addon_version
-from ..scene import drop_points, follow, mesh_object, mesh_space, motion
+from ..scene import drop_points, follow, mesh_object, mesh_space, motion, targets
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, refine, scheduler
+from . import dependencies, loaded_generator, looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
-    from ...core.refinement.shader_attributes import Attributes, Look
+    from ...core.refinement.shader_attributes import Attributes
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,7 @@ class Request:
     obstacles: list[Obstacle]
     clearance: float
     may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
-    attributes: bool = False  # whether shaders are to know of its vertices
-    tints: bool = False  # whether strokes colour the liquid
+    look: looks.WantedLook
 
     @property
     def digest(self) -> str:
@@ -91,8 +89,7 @@ class Request:
     def key(self) -> tuple[object, ...]:
         """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
         lists = repr((self.refinements, self.start))
-        wanted = self.precision, self.attributes, self.tints
-        return self.splash, self.liquid, self.digest, lists, *wanted
+        return self.splash, self.liquid, self.digest, lists, self.precision, self.look
 
 
 @dataclass(frozen=True)
@@ -142,7 +139,7 @@ def snapshot(
         raise StrokeError(f"No stroke is left to make a splash of. {warnings[0]}")
     drawings, _, left_out = usable_drawings(drawings)
     warnings += [f"{warning}: Select Strokes shows them" for warning in left_out]
-    warnings += lost_objects(splash, others)
+    warnings += targets.lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance, no_obstacles = [], 0.0, []
     if splash is not None:
@@ -177,26 +174,8 @@ def snapshot(
         obstacles=obstacles,
         clearance=clearance,
         may_refit=may_refit,
-        attributes=needs_look(splash, settings),
-        tints=splash is not None and splash.splash_look.stroke_colours,
+        look=looks.wanted_look(splash, settings),
     )
-
-
-def needs_look(splash: bpy.types.Object | None, settings: SplashSettings) -> bool:
-    """Whether a splash, perhaps one yet to be made, is to have attributes for shaders."""
-    if splash is None:
-        return settings.liquid != "WATER"
-    return refine.wanted_look(splash)[0] or bool(splash.splash_look.stroke_colours)
-
-
-def look_of(request: Request) -> Look | None:
-    """Return what shaders are to know of the vertices, without bpy."""
-    from ...core.refinement.shader_attributes import Look
-
-    text = colours_to_text([drawing.colour for drawing in request.drawings])
-    if request.tints and text:
-        return Look(colours_from_text(text))
-    return Look() if request.attributes else None
 
 
 def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
@@ -225,15 +204,6 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
         f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
         "is. Choose another layer in the Last Run panel, or delete the splash"
     )
-
-
-def lost_objects(
-    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
-) -> list[str]:
-    """Return a warning if objects were deleted whose strokes belonged to a splash."""
-    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
-    lost = len(known) - len(others)
-    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
 def found(sketch: Handle, splash: Handle | None, layer: str, others: tuple[Handle, ...]) -> Target:
@@ -291,7 +261,7 @@ def compute(request: Request, report: Report) -> Result:
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
         for_liquid(request.refinements, settings.liquid), request.obstacles, request.clearance,
-        look_of(request),
+        looks.look_of_drawings(request.look, request.drawings),
     )  # fmt: skip
     report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
@@ -417,7 +387,7 @@ def remember(
     """Record on the splash how it was made."""
     record = splash.splash
     assign_settings(record.settings, request.settings)
-    splash.splash_look.colours = colours_to_text([d.colour for d in request.drawings])
+    splash.splash_look.colours = looks.text_of(request.drawings)
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)

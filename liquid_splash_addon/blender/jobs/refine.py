@@ -15,15 +15,13 @@ import bpy
 from ...core.refinement.viscous import for_liquid
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
-from ..data.look import colours_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
 from ..scene import drop_points, evaluated, mesh_object, motion
-from ..scene.liquid_materials import needs_attributes
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import scheduler
+from . import looks, scheduler
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -45,8 +43,8 @@ class Task:
     content, identifier : of the stored liquid, see data.stored_liquid
     steps : refinements, as they are for its liquid
     left_out : sentences about obstacles that cannot be any
-    attributes : whether shaders are to know of its vertices
-    colours : of its strokes as text, where they colour the liquid; "" for none
+    look : what is wanted for shaders
+    colours : of its strokes as text; "" for none
     """
 
     content: bytes
@@ -57,15 +55,15 @@ class Task:
     obstacles: list[Obstacle]
     clearance: float
     left_out: list[str] = field(default_factory=list)
-    attributes: bool = False
+    look: looks.WantedLook = looks.NOTHING
     colours: str = ""
 
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
         key = self.key_with(self.steps)
-        if self.attributes:
-            key = f"{key} attributes {self.colours}"
+        if self.look.attributes:
+            key = f"{key} attributes {self.colours if self.look.tints else ''}"
         return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
@@ -107,27 +105,14 @@ def read_task(splash: bpy.types.Object) -> Task:
         frame_from_text(splash.splash.frame),
         for_liquid(steps_of(splash), splash.splash.settings.liquid),
         *obstacles_of(splash),
-        *wanted_look(splash),
+        look=looks.wanted_look(splash),
+        colours=splash.splash_look.colours,
     )
-
-
-def wanted_look(item: bpy.types.Object) -> tuple[bool, str]:
-    """Return whether a splash or model is to have attributes, and the colours of its strokes."""
-    group = item.splash_look
-    colours = group.colours if group.stroke_colours else ""
-    return group.attributes or bool(colours) or needs_attributes(item), colours
 
 
 def look_of(task: Task) -> Look | None:
     """Return what shaders are to know of the vertices, without bpy."""
-    from ...core.refinement.shader_attributes import Look
-
-    if not task.attributes:
-        return None
-    colours = colours_from_text(task.colours) if task.colours else None
-    if colours is not None and len(colours) != len(refiner_of(task).strokes):
-        colours = None  # of other strokes, in a file that was put together by hand
-    return Look(colours)
+    return looks.look_of(task.look, task.colours, len(refiner_of(task).strokes))
 
 
 refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
