@@ -45,6 +45,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=24)
     parser.add_argument("--size", type=int, nargs=2, default=(300, 225), metavar="PIXELS")
     options = parser.parse_args()
+    liquid_splash_addon.register()
     pictures = []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shot.png"
@@ -65,7 +66,6 @@ def main() -> None:
 def new_splash(options: argparse.Namespace, liquid: str) -> bpy.types.Object:
     """Return a splash of a liquid on a lit table."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    liquid_splash_addon.register()
     bpy.ops.splash.liquid(liquid=liquid)
     demo.draw(options.sketch)
     bpy.ops.splash.generate(start=BARE)
