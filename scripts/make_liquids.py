@@ -32,6 +32,9 @@ from liquid_splash_addon.core.refinement.settings import (
 from training.figures.picture import contact_sheet, titled
 
 STEPS: tuple[RefinementSettings, ...] = (DropletSettings(), WaveSettings())
+WHITE, GREY = (1.0, 0.97, 0.93, 1.0), (0.42, 0.4, 0.39, 1.0)
+"""Colours of the table's glow: coloured light would hide what a liquid lets through."""
+
 STRIPES = {"MILK": (0.2, 0.075, 0.03), "PAINT": (0.02, 0.16, 0.6)}
 """Liquids that are striped, and the colour of every other stroke."""
 
@@ -43,7 +46,7 @@ def main() -> None:
     parser.add_argument("--sketch", default="crown")
     parser.add_argument("--liquids", nargs="+", default=list(LIQUIDS), choices=list(LIQUIDS))
     parser.add_argument("--samples", type=int, default=24)
-    parser.add_argument("--size", type=int, nargs=2, default=(300, 225), metavar="PIXELS")
+    parser.add_argument("--size", type=int, nargs=2, default=(260, 195), metavar="PIXELS")
     options = parser.parse_args()
     liquid_splash_addon.register()
     pictures = []
@@ -55,12 +58,12 @@ def main() -> None:
             sheets = (STEPS[0], SheetSettings(), STEPS[1])
             for title, steps in ((label, STEPS), (f"{label}: Sheets", sheets)):
                 pictures.append(shot(splash, steps, title, path))
-        for liquid in set(options.liquids) & STRIPES.keys():
+        for liquid in (name for name in STRIPES if name in options.liquids):
             splash = new_splash(options, liquid)
             stripe(splash, STRIPES[liquid])
             pictures.append(shot(splash, sheets, f"{LIQUIDS[liquid].label}: stripes", path))
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    contact_sheet(pictures, columns=4).quantize(255).save(options.out, optimize=True)
+    contact_sheet(pictures, columns=4).save(options.out, optimize=True)
 
 
 def new_splash(options: argparse.Namespace, liquid: str) -> bpy.types.Object:
@@ -70,7 +73,7 @@ def new_splash(options: argparse.Namespace, liquid: str) -> bpy.types.Object:
     demo.draw(options.sketch)
     bpy.ops.splash.generate(start=BARE)
     splash = bpy.context.active_object
-    demo.set_table(table.world_points(splash), options.samples, options.size)
+    demo.set_table(table.world_points(splash), options.samples, options.size, glow=(WHITE, GREY))
     return splash
 
 
