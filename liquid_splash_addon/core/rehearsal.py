@@ -25,6 +25,7 @@ from .pipeline import make_splash
 from .progress import Report, part_of, silent
 from .refinement.presets import PRESETS
 from .refinement.settings import SheetSettings, WaveSettings
+from .refinement.shader_attributes import Look
 from .refinement.stack import OFFSET, Refiner
 from .refinement.stored_splash import StoredSplash
 from .settings import ModelSettings, SplashSettings
@@ -86,7 +87,7 @@ class Rehearsal:
         stored = StoredSplash.from_bytes(stored.to_bytes())
         refiner = Refiner(stored.fields, strokes=stored.strokes)
         refiner.refine(FRESH, part_of(report, 0.0, 0.5))
-        refiner.refine(STORM, part_of(report, 0.5, 0.8))
+        refiner.refine(STORM, part_of(report, 0.5, 0.8), Look())
         applied = replace(stored, applied=refiner.applied(FRESH))
         applied = StoredSplash.from_bytes(applied.to_bytes())
         again = Refiner(applied.fields, applied=applied.applied)

@@ -21,6 +21,7 @@ from bpy.props import (
 
 from ...core.settings import Settings, SplashSettings
 from . import index
+from .revisions import changed
 from .start import start_property
 
 STROKE_TYPES = ("GREASEPENCIL", "CURVE", "CURVES")
@@ -74,10 +75,20 @@ def assign_settings(group: Any, settings: Settings) -> None:
         setattr(group, item.name, getattr(settings, item.name))
 
 
+def liquid_changed(group: Any, context: bpy.types.Context) -> None:
+    """Tell that a splash, not a scene, is of another liquid: its refinements follow."""
+    if isinstance(group.id_data, bpy.types.Object):
+        changed(group, context)
+
+
 class SplashSettingsGroup(bpy.types.PropertyGroup):
     """The parameters of one splash."""
 
-    __annotations__ = settings_properties()
+    __annotations__ = settings_properties() | {
+        "liquid": blender_property(
+            SplashSettings.__dataclass_fields__["liquid"], {"update": liquid_changed}
+        )
+    }
 
 
 def fit_anew(group: Any, _context: bpy.types.Context) -> None:

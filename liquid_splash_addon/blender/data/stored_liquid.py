@@ -37,6 +37,10 @@ class SplashLiquidGroup(bpy.types.PropertyGroup):
         description="A few vertices as they were written, 4 numbers each: which one, and where",
         options={"HIDDEN"},
     )
+    attributes: StringProperty(
+        description="Names of the attributes that were written for shaders, beside velocity",
+        options={"HIDDEN"},
+    )
     made_of: StringProperty(
         description="Digest of the strokes and settings that the liquid was made of, see evaluated",
         options={"HIDDEN"},

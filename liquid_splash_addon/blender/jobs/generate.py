@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import bpy
 import numpy as np
 
+from ...core.refinement.viscous import for_liquid
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
@@ -28,12 +29,12 @@ from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
 from ..data.refinements import add_step, steps_of
 from ..data.start import starting_steps
 from ..data.version import addon_version
-from ..scene import drop_points, follow, mesh_object, mesh_space, motion
+from ..scene import drop_points, follow, mesh_object, mesh_space, motion, targets
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, refine, scheduler
+from . import dependencies, loaded_generator, looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.shader_attributes import Attributes
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Request:
     obstacles: list[Obstacle]
     clearance: float
     may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
+    look: looks.WantedLook
 
     @property
     def digest(self) -> str:
@@ -86,7 +89,7 @@ class Request:
     def key(self) -> tuple[object, ...]:
         """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
         lists = repr((self.refinements, self.start))
-        return self.splash, self.liquid, self.digest, lists, self.precision
+        return self.splash, self.liquid, self.digest, lists, self.precision, self.look
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,7 @@ class Result:
     summary: str
     warnings: list[str]
     fastest: float  # m/s, that the generator knows
+    attributes: Attributes | None = None
 
 
 def snapshot(
@@ -135,7 +139,7 @@ def snapshot(
         raise StrokeError(f"No stroke is left to make a splash of. {warnings[0]}")
     drawings, _, left_out = usable_drawings(drawings)
     warnings += [f"{warning}: Select Strokes shows them" for warning in left_out]
-    warnings += lost_objects(splash, others)
+    warnings += targets.lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance, no_obstacles = [], 0.0, []
     if splash is not None:
@@ -170,6 +174,7 @@ def snapshot(
         obstacles=obstacles,
         clearance=clearance,
         may_refit=may_refit,
+        look=looks.wanted_look(splash, settings),
     )
 
 
@@ -199,15 +204,6 @@ def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
         f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
         "is. Choose another layer in the Last Run panel, or delete the splash"
     )
-
-
-def lost_objects(
-    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
-) -> list[str]:
-    """Return a warning if objects were deleted whose strokes belonged to a splash."""
-    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
-    lost = len(known) - len(others)
-    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
 def found(sketch: Handle, splash: Handle | None, layer: str, others: tuple[Handle, ...]) -> Target:
@@ -264,7 +260,8 @@ def compute(request: Request, report: Report) -> Result:
     generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
-        request.refinements, request.obstacles, request.clearance,
+        for_liquid(request.refinements, settings.liquid), request.obstacles, request.clearance,
+        looks.look_of_drawings(request.look, request.drawings),
     )  # fmt: skip
     report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
@@ -282,6 +279,7 @@ def compute(request: Request, report: Report) -> Result:
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
         fastest=float(generator.fastest),
+        attributes=splash.attributes,
     )
 
 
@@ -366,12 +364,13 @@ def write_splash(
                 follow.attach(splash, sketch)  # it followed the sketch that it was made of before
     elif context.scene.splash.follow:
         follow.attach(splash, sketch)
-    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
+    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved, result.attributes)
     follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
-    remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
+    with scheduler.held():  # what is noted here asks for no evaluation of its own
+        remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
     motion.apply(splash)
 
 
@@ -388,6 +387,7 @@ def remember(
     """Record on the splash how it was made."""
     record = splash.splash
     assign_settings(record.settings, request.settings)
+    splash.splash_look.colours = looks.text_of(request.drawings)
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...core.refinement.viscous import for_liquid
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
 from ..data.model import models_of
@@ -20,7 +21,7 @@ from ..data.refinements import steps_of
 from ..scene import drop_points, evaluated, mesh_object, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import scheduler
+from . import looks, scheduler
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings, WaveSettings
+    from ...core.refinement.shader_attributes import Attributes, Look
     from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
@@ -39,7 +41,10 @@ class Task:
     Attributes
     ----------
     content, identifier : of the stored liquid, see data.stored_liquid
+    steps : refinements, as they are for its liquid
     left_out : sentences about obstacles that cannot be any
+    look : what is wanted for shaders
+    colours : of its strokes as text; "" for none
     """
 
     content: bytes
@@ -50,11 +55,15 @@ class Task:
     obstacles: list[Obstacle]
     clearance: float
     left_out: list[str] = field(default_factory=list)
+    look: looks.WantedLook = looks.NOTHING
+    colours: str = ""
 
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
         key = self.key_with(self.steps)
+        if self.look.attributes:
+            key = f"{key} attributes {self.colours if self.look.tints else ''}"
         return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
@@ -75,6 +84,7 @@ class Outcome:
     drops: Drops
     gained: list[float]
     warnings: list[str]
+    attributes: Attributes | None = None
 
 
 def task_of(splash: bpy.types.Object) -> Task:
@@ -93,9 +103,16 @@ def read_task(splash: bpy.types.Object) -> Task:
         identifier,
         plain(splash.splash.settings.surface_threshold),
         frame_from_text(splash.splash.frame),
-        steps_of(splash),
+        for_liquid(steps_of(splash), splash.splash.settings.liquid),
         *obstacles_of(splash),
+        look=looks.wanted_look(splash),
+        colours=splash.splash_look.colours,
     )
+
+
+def look_of(task: Task) -> Look | None:
+    """Return what shaders are to know of the vertices, without bpy."""
+    return looks.look_of(task.look, task.colours, len(refiner_of(task).strokes))
 
 
 refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
@@ -133,7 +150,7 @@ def waves_of(task: Task) -> list[WaveSettings]:
 
 def compute(task: Task, report: Report) -> Outcome:
     """Refine, without bpy. Raises ValueError for damaged fields."""
-    return outcome_of(task, refiner_of(task).refine(task.steps, report))
+    return outcome_of(task, refiner_of(task).refine(task.steps, report, look_of(task)))
 
 
 def outcome_of(task: Task, refined: Refined) -> Outcome:
@@ -145,13 +162,14 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
         drops_to_drawing(refined.cloud, task.frame),
         refined.gained,
         refined.warnings,
+        refined.attributes,
     )
 
 
 def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
-    lost = mesh_object.replace_mesh(splash, outcome.mesh)
+    lost = mesh_object.replace_mesh(splash, outcome.mesh, attributes=outcome.attributes)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
     remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings, *lost])
