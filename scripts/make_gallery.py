@@ -38,6 +38,8 @@ from training.evaluation.letters import LETTERS
 from training.figures.picture import contact_sheet, titled
 
 FRONT, ABOVE, SIDE = models.FRONT, models.ABOVE, demo.VIEW
+AHEAD = Vector((-0.75, 0.8, -0.3)).normalized()
+"""Towards what flows along +x: into the curl of a wave."""
 
 Look = dict[str, Any]
 """How a subject is shown: its liquid, the view and the glow behind it."""
@@ -96,6 +98,11 @@ def refined(sketch: bpy.types.Object, refinement: str = "FRESH", **settings: Any
     bpy.context.view_layer.objects.active = sketch
     if len(sketch.data.layers) > 1:
         model = models.generate_layers()
+        for part in model.splash_model.parts if settings else ():
+            for name, value in settings.items():
+                setattr(part.splash.splash.settings, name, value)
+            bpy.context.view_layer.objects.active = part.splash
+            bpy.ops.splash.regenerate()
         model.splash_model.settings.blend = 4.0
         models.refine(model)
         return model
@@ -126,24 +133,24 @@ def jet():
 
 def streamlet():
     """Streamlet of juice."""
-    return splash("STREAMLET"), {"liquid": "juice", "glow": table.WARM}
+    return splash("STREAMLET"), {"liquid": "juice", "view": ABOVE, "glow": table.WARM}
 
 
 def sheet():
     """Water out of a cup."""
-    return splash("SHEET", asymmetry=0.4, turn=(0.0, 0.0, -0.5)), {}
+    return splash("SHEET", asymmetry=0.4), {"view": Vector((-0.5, 1.0, -0.9)).normalized()}
 
 
 def wave():
     """Wave."""
-    return splash("WAVE"), {"view": Vector((0.7, 1.0, -0.3)).normalized()}
+    return splash("WAVE"), {"view": AHEAD}
 
 
 def ligaments():
     """Wave that was drawn slowly."""
     made = models.add_sketch("WAVE")
     item = refined(made, speed_source="CONSTANT", stroke_speed=0.22)
-    return item, {"view": Vector((0.7, 1.0, -0.3)).normalized()}
+    return item, {"view": AHEAD}
 
 
 def heart():
@@ -154,7 +161,12 @@ def heart():
 def butterfly():
     """Butterfly of ink."""
     look = {"liquid": "ink", "view": FRONT, "glow": table.WARM}
-    return splash("BUTTERFLY", asymmetry=0.15), look
+    model = splash("BUTTERFLY", asymmetry=0.15)
+    turn = (0.0, -np.pi / 2, 0.0)
+    body = {"length": 1.0, "height": 0.0, "thickness": 0.12, "asymmetry": 0.0, "jags": 0.0}
+    models.add_sketch("STREAMLET", (0.0, 0.0, -0.05), turn, **body)
+    models.add_to(model, models.generate(real_size=0.2))
+    return model, look
 
 
 def letter_s():
@@ -198,7 +210,7 @@ def wine():
         x += wide + 0.3
     item = sketch_of(*letters, speed=2.0)
     look = {"liquid": "wine", "view": FRONT, "glow": table.WARM}
-    return refined(item), look
+    return refined(item, reach=0.014), look
 
 
 def pen_line(line: np.ndarray) -> list[np.ndarray]:
@@ -210,7 +222,7 @@ def pen_line(line: np.ndarray) -> list[np.ndarray]:
     # A hand rounds corners.
     for _ in range(6):
         flat[1:-1] = (flat[:-2] + 2 * flat[1:-1] + flat[2:]) / 4
-    return ribbon(np.insert(flat, 1, 0.0, axis=1), np.full(64, 0.15), 4, (0.06, 0.06))
+    return ribbon(np.insert(flat, 1, 0.0, axis=1), np.full(64, 0.12), 4, (0.06, 0.06))
 
 
 def thrown():
@@ -225,7 +237,7 @@ def thrown():
     bpy.context.scene.collection.children.link(glass)
     item = sketch_of(paths)
     tumbler = add_tumbler(glass, diameter=0.42, height=0.62, place=(-1.5, 0.0, -0.05), lean=1.25)
-    return refined(item), {"beside": (tumbler,)}
+    return refined(item), {"beside": (tumbler,), "view": ABOVE}
 
 
 def coronet():

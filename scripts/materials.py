@@ -25,9 +25,10 @@ LIQUIDS: dict[str, dict[str, Any]] = {
 """By name. Clay is none: it hides nothing of the shape."""
 
 
-def pour(item: bpy.types.Object, liquid: str) -> None:
-    """Make the material of a splash that liquid, for all splashes that share it."""
-    nodes = item.data.materials[0].node_tree.nodes
+def pour(item: bpy.types.Object | bpy.types.Material, liquid: str) -> None:
+    """Make a material, or that of a splash, that liquid: for all splashes that share it."""
+    material = item if isinstance(item, bpy.types.Material) else item.data.materials[0]
+    nodes = material.node_tree.nodes
     shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
     for name, value in LIQUIDS[liquid].items():
         shader.inputs[name].default_value = value

@@ -56,7 +56,7 @@ BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
 CALM = 0.7
 """Rate of growth far from the front, where the flow does not thin the film, over the greatest."""
 
-LIGAMENTS, DROPS = 1.8, 4.2
+LIGAMENTS, DROPS = 1.8, 5.5
 """Exponents of growth between which ligaments that have formed part into drops: at the second,
 what disturbs them along the flow is as large as what parted the sheet across it."""
 
@@ -189,7 +189,8 @@ def disturbance(
     square = np.zeros(len(places), dtype=np.float32)
     steps = np.clip(np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0]), 0, len(BANDS) - 1)
     for number, size in enumerate(BANDS):
-        share = np.clip(1 - np.abs(steps - number), 0, 1).astype(np.float32)
+        # Mixed halfway between two only: that spares most places one of them.
+        share = np.clip(1.5 - 2 * np.abs(steps - number), 0, 1).astype(np.float32)
         met = np.flatnonzero(share)
         if not len(met):
             continue
@@ -211,11 +212,16 @@ def thinning(
     That is the rate at which it does, times the time of flight: a fan of straight streamlines
     from one point has 1. places : cells ``(n, 3)``; normals : of the sheet, ``(n, 3)``; ages : s.
     """
-    flow = liquid.flow_at(places)
-    across = np.cross(normals, flow)
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
-    apart = liquid.flow_at(places + SPACING * across) - liquid.flow_at(places - SPACING * across)
-    return np.clip((apart * across).sum(axis=1) / (2 * SPACING) * ages, 0.0, 1.0)
+
+    def rates(begin: int, end: int) -> np.ndarray:
+        at = places[begin:end]
+        across = np.cross(normals[begin:end], liquid.flow_at(at))
+        across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+        apart = liquid.flow_at(at + SPACING * across) - liquid.flow_at(at - SPACING * across)
+        return np.asarray((apart * across).sum(axis=1) / (2 * SPACING))
+
+    liquid.flow_at(places[:1])  # what it keeps is made once, not by each thread
+    return np.clip(np.concatenate(in_parts(len(places), rates)) * ages, 0.0, 1.0)
 
 
 def parted(
@@ -236,11 +242,11 @@ def parted(
     level[where] = (1 - share) * level[where] + share * shifted_to_volume(
         shifted, filled_cells(distance)
     )
+    volume = filled_cells(liquid.level[where])
     level[where] = rounded(level, where, share)
     # As steep as a distance again, for other thresholds than one half and for the fields'.
     even = LevelSet(level, liquid.velocity, liquid.grid).distance[where]
     level[where] = (1 - share) * level[where] + share * even
-    volume = filled_cells(liquid.level[where])
     return shifted_to_volume(lambda more: level[where] + share * more, volume)
 
 
@@ -248,7 +254,7 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     """Return the level at cells, rounded as surface tension does, by ``share`` ``(n,)`` of it.
 
     Threshold dynamics: liquid that is blurred and cut off anew moves as its mean curvature tells
-    (Merriman, Bence and Osher 1994), here by a value that keeps the volume.
+    (Merriman, Bence and Osher 1994). The volume is for the caller to keep.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -256,5 +262,4 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     inner = tuple(a - side.start for a, side in zip(where, box, strict=True))
     blurred = gaussian_filter(np.clip(0.5 - level[box], 0, 1), ROUNDING_BLUR)[inner]
     width = np.sqrt(2 * np.pi) * ROUNDING_BLUR  # cells over which a blurred plane's share falls
-    moved = (1 - share) * level[where] + share * (0.5 - blurred) * width
-    return shifted_to_volume(lambda more: moved + share * more, filled_cells(level[where]))
+    return np.asarray((1 - share) * level[where] + share * (0.5 - blurred) * width)

@@ -21,7 +21,7 @@ TEXELS, A_WAVE = 64, 5.0
 LENGTHS = (0.85, 1.15)
 """Range of the noise's wavenumbers over the mean one."""
 
-STEPS, A_STEP = 8, 0.25
+STEPS, A_STEP = 6, 0.33
 """Steps along the streamline to each side, and their length over the wavelength."""
 
 SWING = 1.3
@@ -32,8 +32,9 @@ SWING = 1.3
 def noise(seed: int, variation: float) -> np.ndarray:
     """Return periodic noise, float32 ``(TEXELS,) * 3``; treat it as read-only.
 
-    Sampled trilinearly, it has a mean square of 1. Its wavelengths are A_WAVE texels, by LENGTHS. seed, variation : each seed's phases differ from
-    those of all others by as much as the variation, 0..1, allows.
+    Sampled trilinearly, it has a mean square of 1. Its wavelengths are A_WAVE texels, by LENGTHS.
+    seed, variation : each seed's phases differ from those of all others by as much as the
+    variation, 0..1, allows.
     """
     from scipy.fft import irfftn
 

@@ -75,9 +75,7 @@ class Heart(SketchPreset):
         return ribbon(cleft + centre, width, 6, (0.0, 0.4))
 
 
-FORE_RIM = np.array(
-    [(0.95, 0.14), (0.98, 0.36), (1.0, 0.6), (0.97, 0.84), (0.82, 0.98), (0.48, 0.94)]
-)
+FORE_RIM = np.array([(0.95, 0.14), (0.98, 0.36), (1.0, 0.6), (1.0, 0.84), (0.88, 1.0), (0.6, 1.0)])
 HIND_RIM = np.array(
     [(0.76, -0.2), (0.84, -0.4), (0.8, -0.66), (0.62, -0.88), (0.4, -0.98), (0.16, -0.86)]
 )
@@ -108,11 +106,11 @@ class Butterfly(SketchPreset):
         low=-60.0, high=60.0,
     )  # fmt: skip
     scallops: float = setting(
-        0.14, "Scallops", "How far the wings' rims dip between veins: share of their length",
+        0.08, "Scallops", "How far the wings' rims dip between veins: share of their length",
         low=0.0, high=0.5,
     )  # fmt: skip
     ruffle: float = setting(
-        0.06, "Ruffle", "How far the rims swing to and fro: share of the height",
+        0.03, "Ruffle", "How far the rims swing to and fro: share of the height",
         low=0.0, high=0.2,
     )  # fmt: skip
     wings: str = setting(

@@ -25,6 +25,9 @@ class Jet(SketchPreset):
     lift: float = setting(
         0.12, "Lift", "How high the liquid springs off again, in Blender units", low=0.0, high=1.0
     )
+    column: float = setting(
+        0.08, "Column", "Diameter of the jet where it lands, in Blender units", low=0.02, high=0.4
+    )
     rim: float = setting(
         0.4, "Rim", "How high the edge of the spread liquid rises, in Blender units",
         low=0.0, high=0.8,
@@ -39,7 +42,8 @@ class Jet(SketchPreset):
         """Return strokes down the axis and out to all sides."""
         share = shares()
         bend = np.clip((share - 0.35) / 0.65, 0, 1)
-        radius = 0.08 + (self.width / 2 - 0.08) * bend**1.2
+        thin = 0.08 - (0.08 - self.column / 2) * np.minimum(share / 0.35, 1.0)
+        radius = thin + (self.width / 2 - thin) * bend**1.2
         fall = np.minimum(share / 0.4, 1.0) ** 1.2
         height = self.height - (self.height + 0.1) * fall + self.lift * np.sin(bend * np.pi)
         height = height + self.rim * bend**3

@@ -134,18 +134,18 @@ class Collision(SketchPreset):
     length: float = size_setting(2.0, "Length", "Distance between the ends of the streams")
     height: float = size_setting(1.7, "Height", "Diameter of the sheet")
     stream: float = size_setting(
-        0.18, "Stream", "Diameter of the streams where they come from", low=0.05, high=0.4
+        0.14, "Stream", "Diameter of the streams where they come from", low=0.05, high=0.4
     )
-    cone: float = setting(
-        0.25, "Cone", "How far the sheet is bent away from each stream: share of its diameter",
+    flap: float = setting(
+        0.12, "Flap", "How far the sheet's edge swings to both sides: share of its diameter",
         low=0.0, high=0.5,
     )  # fmt: skip
     jags: float = setting(
-        0.22, "Jags", "How far the sheet's edge dips between strokes: share of their length",
+        0.16, "Jags", "How far the sheet's edge dips between strokes: share of their length",
         low=0.0, high=0.6,
     )  # fmt: skip
     strokes: int = setting(
-        8, "Strokes", "Strokes of each stream: more of them make fuller and smoother liquid",
+        10, "Strokes", "Strokes of each stream: more of them make fuller and smoother liquid",
         low=5, high=10,
     )  # fmt: skip
 
@@ -158,11 +158,12 @@ class Collision(SketchPreset):
         inwards = self.length / 2 * np.clip(1 - share / 0.5, 0, 1) ** 1.25
         paths = []
         for n in range(self.strokes):
-            angle = 2 * np.pi * (n + 0.25) / self.strokes
-            # The edge swings to the one side and to the other, as of a sheet that flaps.
-            flap = self.cone * self.height / 2 * np.sin(2 * angle) * out**2
             for side in (-1, 1):
-                x = side * (inwards + 0.012) + side * flap
+                # Strokes of both streams in turn, so that the sheet is of both.
+                angle = 2 * np.pi * (n + 0.25 + 0.25 * side) / self.strokes
+                # The edge swings to the one side and to the other, as of a sheet that flaps.
+                flap = self.flap * self.height / 2 * np.sin(2 * angle) * out**2
+                x = side * (inwards + 0.012) + flap
                 paths.append(np.stack([x, radius * np.cos(angle), radius * np.sin(angle)], axis=1))
         in_turn = [1 - self.jags * (n // 2 % 2) for n in range(len(paths))]
         return {
