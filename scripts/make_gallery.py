@@ -30,7 +30,11 @@ from mathutils import Vector
 from PIL import Image
 
 import liquid_splash_addon
+from liquid_splash_addon.blender.data.refinements import add_step
+from liquid_splash_addon.blender.jobs import refine
 from liquid_splash_addon.blender.scene import sketch as sketches
+from liquid_splash_addon.core.refinement.presets import PRESETS
+from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.presets import HAND_SPEED, draw
 from liquid_splash_addon.core.sketch.presets.ribbons import ribbon
@@ -93,8 +97,11 @@ def splash(preset: str, place: Sequence[float] = (0.0, 0.0, 0.0), turn=(0.0, 0.0
     return refined(sketch)
 
 
-def refined(sketch: bpy.types.Object, refinement: str = "FRESH", **settings: Any):
-    """Return the splash of a sketch with a list of refinements, or the model of its layers."""
+def refined(sketch: bpy.types.Object, waves: bool = True, **settings: Any):
+    """Return the splash of a sketch with the list Fresh, or the model of its layers.
+
+    waves : without them for liquids that are too thick for any.
+    """
     bpy.context.view_layer.objects.active = sketch
     if len(sketch.data.layers) > 1:
         model = models.generate_layers()
@@ -107,7 +114,11 @@ def refined(sketch: bpy.types.Object, refinement: str = "FRESH", **settings: Any
         models.refine(model)
         return model
     made = models.generate(**settings)
-    bpy.ops.splash.refinement_preset(preset=refinement)
+    made.splash_stack.items.clear()
+    for step in PRESETS["FRESH"].steps:
+        if waves or not isinstance(step, WaveSettings):
+            add_step(made, step)
+    refine.evaluate(made)
     return made
 
 
@@ -155,7 +166,7 @@ def ligaments():
 
 def heart():
     """Heart of wine."""
-    return splash("HEART"), {"liquid": "wine", "view": FRONT, "glow": table.WARM}
+    return splash("HEART", asymmetry=0.1), {"liquid": "wine", "view": FRONT, "glow": table.WARM}
 
 
 def butterfly():
@@ -258,7 +269,8 @@ def whip():
     )
     width = 0.12 + 0.4 * np.sin(np.pi * share) ** 1.5 + 0.1 * share
     paths = ribbon(centre, width, 7, (0.0, 0.45), 0.2, 0.08)
-    return refined(sketch_of(paths)), {"liquid": "paint", "view": FRONT, "glow": table.WARM}
+    made = refined(sketch_of(paths), waves=False)
+    return made, {"liquid": "paint", "view": FRONT, "glow": table.WARM}
 
 
 SUBJECTS: dict[str, Callable[[], tuple[bpy.types.Object, Look]]] = {
