@@ -26,6 +26,7 @@ from PIL import Image
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.ui.sketch_presets import property_name
+from liquid_splash_addon.core.refinement.presets import BARE
 from training.figures.picture import contact_sheet, titled
 
 FRONT = Vector((0.06, 1.0, -0.23)).normalized()
@@ -185,12 +186,13 @@ def add_sketch(
 
 def generate(**settings: Any) -> bpy.types.Object:
     """Return the splash of the active sketch, active."""
-    bpy.ops.splash.generate(**settings)
+    bpy.ops.splash.generate(start=BARE, **settings)
     return bpy.context.active_object
 
 
 def generate_layers() -> bpy.types.Object:
     """Return the model of the active sketch's layers, active."""
+    bpy.context.scene.splash.start = BARE
     bpy.ops.splash.generate_layers()
     return bpy.context.active_object
 

@@ -28,7 +28,6 @@ def make_splash() -> None:
     bpy.ops.splash.generate()
     splash = next(item for item in bpy.context.scene.objects if item.type == "MESH")
     bpy.context.view_layer.objects.active = splash
-    bpy.ops.splash.refinement_preset(preset="FRESH")
     for item in bpy.context.scene.objects:
         item.select_set(item == splash)
 

@@ -21,6 +21,7 @@ from bpy.props import (
 
 from ...core.settings import Settings, SplashSettings
 from . import index
+from .start import start_property
 
 STROKE_TYPES = ("GREASEPENCIL", "CURVE", "CURVES")
 """Types of the objects whose strokes a splash can be made of."""
@@ -164,6 +165,10 @@ class SplashSceneGroup(bpy.types.PropertyGroup):
     """What a scene remembers: the settings for new splashes, and how they are made."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
+    chosen_start: StringProperty(
+        description="What new splashes start with; empty: what the preferences say"
+    )
+    start: start_property()
     live: BoolProperty(
         name="Live",
         description="While strokes or settings are changed, a draft of the active sketch's splash "

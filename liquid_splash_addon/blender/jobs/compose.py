@@ -19,7 +19,7 @@ from ...core.settings import ModelSettings
 from ...core.sketch.alignment import is_similarity
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
-from ..scene import drop_points, mesh_object, model_parts, motion
+from ..scene import drop_points, evaluated, mesh_object, model_parts, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import refine, scheduler
@@ -189,7 +189,7 @@ def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     drop_points.write(model, made.drops)
     motion.apply(model)
     group = model.splash_model
-    group.evaluated, group.pending = task.key, False
+    evaluated.remember(model, group, task.key)
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
     group.warnings = "\n".join(dict.fromkeys([*task.left_out, *made.warnings, *lost]))
     model_parts.update_visibility()

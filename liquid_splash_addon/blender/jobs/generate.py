@@ -25,14 +25,15 @@ from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
-from ..data.refinements import steps_of
+from ..data.refinements import add_step, steps_of
+from ..data.start import starting_steps
 from ..data.version import addon_version
 from ..scene import drop_points, follow, mesh_object, mesh_space, motion
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, refine
+from . import dependencies, loaded_generator, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class Request:
     device: str
     precision: str  # number format to compute in; "": measure the fastest
     refinements: list[RefinementSettings]
+    start: tuple[RefinementSettings, ...]  # those that a new splash is refined by afterwards
     obstacles: list[Obstacle]
     clearance: float
     may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
@@ -83,7 +85,8 @@ class Request:
     @property
     def key(self) -> tuple[object, ...]:
         """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
-        return self.splash, self.liquid, self.digest, repr(self.refinements), self.precision
+        lists = repr((self.refinements, self.start))
+        return self.splash, self.liquid, self.digest, lists, self.precision
 
 
 @dataclass(frozen=True)
@@ -108,11 +111,12 @@ def snapshot(
     settings: SplashSettings,
     realign: bool = False,
     may_refit: bool = False,
+    start: str = "",
 ) -> Request:
     """Read what a run needs.
 
     realign : fit a new local frame instead of the stored one; may_refit : only where the strokes
-    have left that
+    have left that; start : what a new splash starts with, by default what its scene says.
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
     could not be computed or written.
     """
@@ -162,6 +166,7 @@ def snapshot(
         precision=(record.precision if record else "") or known_precision(context, device),
         device=device,
         refinements=steps_of(splash) if splash is not None else [],
+        start=starting_steps(context, start) if splash is None else (),
         obstacles=obstacles,
         clearance=clearance,
         may_refit=may_refit,
@@ -333,6 +338,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
             for other in filter(None, (handle.find() for handle in request.others)):
                 splash.splash.others.add().sketch = other
             write_splash(context, splash, sketch, request, result)
+            begin_list(splash, request.start)
         except BaseException:
             mesh_object.discard(splash)
             raise
@@ -369,6 +375,13 @@ def write_splash(
     motion.apply(splash)
 
 
+def begin_list(splash: bpy.types.Object, steps: Sequence[RefinementSettings]) -> None:
+    """Give a new splash its refinements. They follow by the queue: bare liquid is shown at once."""
+    with scheduler.held():
+        for step in steps:
+            add_step(splash, step)
+
+
 def remember(
     splash: bpy.types.Object, sketch: bpy.types.Object, request: Request, result: Result
 ) -> None:
@@ -376,7 +389,8 @@ def remember(
     record = splash.splash
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
-    record.made_of, record.made_with = request.digest, repr(request.settings)
+    record.made_of = splash.data.splash_liquid.made_of = request.digest
+    record.made_with = repr(request.settings)
     record.fastest = result.fastest
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size

@@ -17,7 +17,7 @@ from ..data.frame_text import frame_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
-from ..scene import drop_points, mesh_object, motion
+from ..scene import drop_points, evaluated, mesh_object, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
 from . import scheduler
@@ -164,7 +164,7 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
     gained : change of the volume by each refinement, as a share
     """
     stack = splash.splash_stack
-    stack.evaluated, stack.pending = key, False
+    evaluated.remember(splash, stack, key)
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
     stack.warnings = "\n".join(dict.fromkeys(warnings))
     for model in models_of(splash):
