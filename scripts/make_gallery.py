@@ -201,7 +201,7 @@ def bottle_pour():
     glass = bpy.data.collections.new("Bottle")
     bpy.context.scene.collection.children.link(glass)
     bottle = add_bottle(glass, diameter=0.56, height=2.1, place=(0.0, 0.0, -0.25))
-    made = splash("BOTTLE_POUR")
+    made = splash("BOTTLE_POUR", height=1.4)
     models.dress(made, glass)
     return made, {"beside": (bottle,), "view": FRONT}
 

@@ -205,14 +205,20 @@ class LetterS(SketchPreset):
         paths = ribbon(centre, width, self.strokes, turns, 0.15, self.jags)
         lean = np.eye(3)
         lean[2, 0] = np.tan(np.radians(self.slant))
-        return {"Letter S": [path @ lean for path in fitted(paths, self.width, self.height)]}
+        return {"Letter S": [path @ lean for path in fitted(paths, self.width, self.height, False)]}
 
 
-def fitted(paths: list[np.ndarray], width: float, height: float) -> list[np.ndarray]:
-    """Return paths ``(n, 3)``, scaled: up to ``width`` / 2 along +x, and ``height`` from z to z."""
+def fitted(
+    paths: list[np.ndarray], width: float, height: float, mirrored: bool = True
+) -> list[np.ndarray]:
+    """Return paths ``(n, 3)``, scaled: ``height`` from z to z, and ``width`` from x to x.
+
+    mirrored : what is made is one half of it, up to ``width`` / 2 along +x.
+    """
     together = np.concatenate(paths)
     low, high = together.min(axis=0), together.max(axis=0)
-    scale = np.array([width / 2 / high[0], 1.0, height / (high[2] - low[2])])
+    wide = 2 * high[0] if mirrored else high[0] - low[0]
+    scale = np.array([width / wide, 1.0, height / (high[2] - low[2])])
     return [path * scale for path in paths]
 
 

@@ -93,7 +93,7 @@ class BottlePour(SketchPreset):
     )
 
     width: float = size_setting(2.0, "Width", "Diameter of the loop where the stream flies off")
-    height: float = size_setting(1.4, "Height", "Height from which the stream winds down", low=0.2)
+    height: float = size_setting(1.55, "Height", "Height from which the stream winds down", low=0.2)
     bottle: float = size_setting(
         0.56, "Bottle", "Diameter of the bottle that the stream winds around", low=0.1, high=0.9
     )
@@ -164,10 +164,6 @@ class Collision(SketchPreset):
                 # The edge swings to the one side and to the other, as of a sheet that flaps.
                 flap = self.flap * self.height / 2 * np.sin(2 * angle) * out**2
                 x = side * (inwards + 0.012) + flap
-                paths.append(np.stack([x, radius * np.cos(angle), radius * np.sin(angle)], axis=1))
-        in_turn = [1 - self.jags * (n // 2 % 2) for n in range(len(paths))]
-        return {
-            "Collision": [
-                shortened(path, all_of) for path, all_of in zip(paths, in_turn, strict=True)
-            ]
-        }
+                path = np.stack([x, radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+                paths.append(shortened(path, 1 - self.jags * (side > 0)))
+        return {"Collision": paths}
