@@ -154,7 +154,7 @@ class Butterfly(SketchPreset):
         rim, roots : ``(m, 2)`` and ``(2, 2)``, x and z, from the notch outwards.
         """
         share = shares()[:, None]
-        paths = []
+        paths: list[np.ndarray] = []
         for place in np.linspace(0.0, 1.0, count):
             corner = place * (len(rim) - 1)
             tip = np.array([np.interp(corner, np.arange(len(rim)), rim[:, n]) for n in range(2)])
