@@ -43,7 +43,7 @@ test-blender: $(INSTALLED) ## the tests in a real Blender: BLENDER, or the provi
 	tests/every_way.sh --only blender $(TEST_ARGS)
 
 test-slow: lint ## the tests that `make test` has no time for
-	tests/every_way.sh -m slow $(TEST_ARGS)
+	tests/every_way.sh --slow $(TEST_ARGS)
 
 bench: $(INSTALLED) ## benchmarks: out/bench.json
 	$(VENV_PYTHON) -m tests.benchmarks.bench --out out/bench.json
