@@ -16,7 +16,7 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench bench-page lint blender build zip repo lock licences docs release clean
+.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench bench-page messages lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -74,6 +74,9 @@ lock: $(INSTALLED) ## list the wheels of the zips anew, with their hashes
 
 licences: $(INSTALLED) ## the table of docs/licences.md: what the zips contain, and its licences
 	$(VENV_PYTHON) -m scripts.extension.notices
+
+messages: $(INSTALLED) ## the list of docs/messages.md anew: what the add-on says, from its sources
+	$(VENV_PYTHON) -m scripts.messages
 
 docs: $(DOCS_PYTHON) ## the documentation as a site: out/site; a warning or broken link fails
 	NO_MKDOCS_2_WARNING=1 $(DOCS_PYTHON) -m mkdocs build --strict

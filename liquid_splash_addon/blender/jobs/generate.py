@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import bpy
 import numpy as np
 
+from ...core.compiled_code import FIRST, REFINED
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
@@ -32,7 +33,7 @@ from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, refine
+from . import compile_ahead, dependencies, loaded_generator, refine
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -117,6 +118,7 @@ def snapshot(
     could not be computed or written.
     """
     check_packages()
+    compile_ahead.want()
     context.view_layer.update()  # world matrices after moves by script
     sketch, splash, layer, others = target
     if splash is not None:
@@ -191,8 +193,8 @@ def check_packages() -> None:
 def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
     """Return the message for a splash whose layer is gone."""
     return (
-        f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
-        "is. Choose another layer in the Last Run panel, or delete the splash"
+        f"Choose another layer in the Last Run panel: '{layer}' of '{sketch.name}' was deleted or "
+        "renamed, so the splash stays"
     )
 
 
@@ -242,11 +244,15 @@ def check(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
+    from ...core.generator.loading import load_torch
     from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
     start = time.perf_counter()
     settings = request.settings
+    report("Starting PyTorch", 0.0)
+    load_torch()  # while code is compiled, if it is
+    report = compile_ahead.wait_for(REFINED if request.refinements else FIRST, report)
     report("Reading the strokes", 0.0)
     frame = stored_frame(request)
     strokes, stroke_warnings = strokes_from_drawings(

@@ -208,7 +208,7 @@ def draw_preparing(layout: Any, context: bpy.types.Context) -> None:
     compile_ahead.ask()
     ahead = compile_ahead.running()
     if ahead is not None:
-        layout.progress(factor=ahead.share, text="Preparing (first time only)")
+        layout.progress(factor=ahead.share, text=compile_ahead.PREPARING)
     draw_warnings(layout, context, compile_ahead.note())
 
 
