@@ -7,11 +7,11 @@ of real splashes finds all of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from .compiled_code import FIRST, REACHED, REFINED
 from .compiling import while_compiling
 from .composition.model import Composer, refined_part
 from .generator.loading import load_generator, load_torch
+from .liquid.fields import AIR, Fields, clip_to_band
 from .liquid.level_set import LevelSet
 from .mantaflow.domain import Domain, bounds
 from .mantaflow.first_frame import first_frame
@@ -42,7 +43,9 @@ from .sketch.presets import example_sketch
 
 if TYPE_CHECKING:
     from .generator.generator import Generator
+    from .grid import Grid
     from .pipeline import Splash
+    from .sketch.strokes import Stroke
 
 # Graphics cards run no compiled loops: what they leave out is the only difference.
 DRAFT = SplashSettings(resolution="64", device="CPU")
@@ -70,6 +73,7 @@ class Rehearsal:
 
     generator: Generator
     splash: Splash
+    stored: StoredSplash
 
     def __init__(self) -> None:
         """Take the strokes."""
@@ -96,17 +100,21 @@ class Rehearsal:
         """Make a draft with settings that are off by default."""
         make_splash(self.strokes, UNUSUAL, self.generator, self.splash.frame, report)
 
-    def refinements(self, report: Report) -> None:
-        """Refine the draft, as stored in a file, and refine it again after applying that."""
+    def refined(self, report: Report) -> None:
+        """Refine the draft, as stored in a file, by the usual list."""
         stored = StoredSplash(self.splash.fields, self.splash.strokes)
-        stored = StoredSplash.from_bytes(stored.to_bytes())
+        self.stored = StoredSplash.from_bytes(stored.to_bytes())
+        Refiner(self.stored.fields, strokes=self.stored.strokes).refine(FRESH, report)
+
+    def refinements(self, report: Report) -> None:
+        """Refine it by another list, and again after applying the usual one."""
+        stored = self.stored
         refiner = Refiner(stored.fields, strokes=stored.strokes)
-        refiner.refine(FRESH, part_of(report, 0.0, 0.5))
-        refiner.refine(STORM, part_of(report, 0.5, 0.8))
+        refiner.refine(STORM, part_of(report, 0.0, 0.6))
         applied = replace(stored, applied=refiner.applied(FRESH))
         applied = StoredSplash.from_bytes(applied.to_bytes())
         again = Refiner(applied.fields, applied=applied.applied)
-        again.refine(FRESH, part_of(report, 0.8, 1.0))
+        again.refine(FRESH, part_of(report, 0.6, 1.0))
 
     def obstacles(self, report: Report) -> None:
         """Make and refine a draft that keeps out of a body and a sheet."""
@@ -154,7 +162,8 @@ class Rehearsal:
 
 STAGES = (
     ("First draft", Rehearsal.draft, REACHED[FIRST], FIRST),
-    ("Refinements", Rehearsal.refinements, REACHED[REFINED] - REACHED[FIRST], REFINED),
+    ("Usual refinements", Rehearsal.refined, REACHED[REFINED] - REACHED[FIRST], REFINED),
+    ("Other refinements", Rehearsal.refinements, 0.13),
     ("Number formats", Rehearsal.formats, 0.22),
     ("Other drafts", Rehearsal.unusual, 0.02),
     ("Obstacles", Rehearsal.obstacles, 0.09),
@@ -195,6 +204,34 @@ def counted(label: str, report: Report) -> Iterator[Report]:
 
     with while_compiling(lambda: move(share + STEP * (1 - share))):
         yield lambda _, done: move(done)
+
+
+class Bowl:
+    """In place of a generator, without networks: a bowl that grows, whatever the strokes are."""
+
+    config, fastest = None, np.inf
+
+    def condition(self, _strokes: Sequence[Stroke], _grid: Grid) -> None:
+        """Look at no strokes."""
+
+    def generate(self, _condition: None, grid: Grid, _latent: object, *_obstacle: object) -> Fields:
+        """Return the lower half of a shell, 6 cells thick, as a generator returns a splash."""
+        centres = np.stack(np.meshgrid(*(np.arange(n) - n / 2 for n in grid.shape), indexing="ij"))
+        away = np.linalg.norm(centres, axis=0)
+        shell = np.maximum(np.abs(away - grid.shape[0] / 4) - 3, centres[2])
+        distance = np.clip(shell, -AIR, AIR).astype(np.float32)
+        velocity = (centres / np.maximum(away, 1)).astype(np.float32)
+        return clip_to_band(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
+
+
+def work(_job: object, _say: Callable[..., None]) -> int:
+    """Rehearse what needs no networks, in a process beside :func:`rehearse`, which gains by it."""
+    rehearsal = Rehearsal()
+    bowl: Any = Bowl()
+    rehearsal.splash = make_splash(rehearsal.strokes, DRAFT, bowl)
+    rehearsal.refined(silent)
+    rehearsal.refinements(silent)
+    return 0
 
 
 def useful_precisions() -> list[str]:

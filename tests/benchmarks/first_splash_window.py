@@ -42,7 +42,7 @@ class Line:
     def is_done(self) -> bool:
         """Whether the splash is there; to be called all the time."""
         entry, now = work_queue.running(), time.perf_counter()
-        shown = None if entry is None else (entry.stage, entry.fraction)
+        shown = None if entry is None else (entry.line, entry.fraction)
         self.still = max(self.still, now - self.since)
         if shown != self.shown:
             self.shown, self.since = shown, now

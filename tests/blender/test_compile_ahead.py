@@ -120,7 +120,7 @@ def test_a_job_waits_for_what_it_needs_and_for_nothing_else(small, tmp_path):
     waiting = Thread(target=lambda: compile_ahead.wait_for("first", report)("After", 0.5))
     waiting.start()
     wait_until(lambda: said and said[-1][1] == 0.4)
-    assert waiting.is_alive() and said[-1][0].startswith("Preparing (first time only), ")
+    assert waiting.is_alive() and said[-1][0] == compile_ahead.PREPARING
     go.touch()
     waiting.join(60)
     assert said[-1] == ("After", 0.9) and ahead is compile_ahead.running()

@@ -7,6 +7,7 @@ process runs on one core. A splash that is wanted meanwhile waits until what it 
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -45,6 +46,17 @@ class Ahead(ChildProcess):
         """Start it. Raises OSError where that is not possible."""
         self.stage, self.share, self.failed, self.note = "", 0.0, "", ""
         super().__init__({})
+        # What needs no networks is compiled beside what does, where there is a core for it.
+        with_helper = (os.cpu_count() or 1) > 1
+        self._helper = (
+            ChildProcess({"module": ".core.rehearsal", "job": {}}) if with_helper else None
+        )
+
+    def stop(self) -> None:
+        """End it."""
+        if self._helper is not None:
+            self._helper.stop()
+        super().stop()
 
     def hear(self, said: Mapping[str, Any]) -> None:
         """Take note of what a line says."""
@@ -114,14 +126,10 @@ def wait_for(stage: str, report: Report) -> Report:
     Compiling in Blender's own process would hold Python's lock, and the interface with it, now and
     then for most of a second. Returns the report for what comes after. Raises Cancelled.
     """
-    begin, has_waited = time.monotonic(), False
+    has_waited = False
     while (ahead := running()) is not None and not compiled_code.has_reached(stage):
         has_waited = True
-        seconds = time.monotonic() - begin
-        report(
-            f"{PREPARING}, {seconds:.0f} s",
-            WAITED * min(ahead.share / compiled_code.REACHED[stage], 1.0),
-        )
+        report(PREPARING, WAITED * min(ahead.share / compiled_code.REACHED[stage], 1.0))
         time.sleep(TICK)
     return part_of(report, WAITED, 1.0) if has_waited else report
 

@@ -63,7 +63,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         if entry is None:
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
-            main.progress(factor=entry.fraction, text=f"{entry.stage} (Esc to stop)")
+            main.progress(factor=entry.fraction, text=f"{entry.line} (Esc to stop)")
         draw_live(layout, context)
         splash = shown_splash(context)
         row = layout.row(align=True)
