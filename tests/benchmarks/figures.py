@@ -144,7 +144,9 @@ FIGURES = {
         "longest time for which its line of progress stands still", "s",
         "product.first_splash_seconds", "of all of it",
     ),
-    "product.first_stall_ms": Figure("longest stall meanwhile that is ours", "ms", 50.0, "of 50 ms"),
+    "product.first_stall_ms": Figure(
+        "longest stall meanwhile that is ours", "ms", 50.0, "of 50 ms",
+    ),
     "product.new_blender_seconds": Figure(
         "the first splash of a new Blender later, besides imports", "s", 3.0, "of 3 s",
     ),
