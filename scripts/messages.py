@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write the list of docs/messages.md anew: every message that an artist can get, from the sources.
 
-    python -m scripts.messages
+    python -m scripts.messages              the list
+    python -m scripts.messages --unnamed    prints the messages that no test names
 
 A message is what an error of ours says, what an operator reports, why a button is grey, or a
 warning that a splash keeps. Words that are filled in are shown as "…".
@@ -9,6 +10,7 @@ warning that a splash keeps. Words that are filled in are shown as "…".
 
 from __future__ import annotations
 
+import argparse
 import ast
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -30,6 +32,10 @@ GAP = "…"
 
 SHORTEST = 12
 """Letters: what is shorter is a name, to be filled into other messages."""
+
+
+TELLING = 9
+"""Letters of a part of a message that tell it from others."""
 
 
 class Message(NamedTuple):
@@ -146,5 +152,35 @@ def page(text: str) -> str:
     return f"{before}{BEGIN}\n{table(messages())}\n{END}{after}"
 
 
+def unnamed() -> list[Message]:
+    """List the messages of which no test names any part: nobody may provoke them."""
+    named = {
+        node.value
+        for path in (ROOT / "tests").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    parts = [text for text in named if len(text) >= TELLING]
+    return [
+        item
+        for item in messages()
+        if not any(part in item.text for part in parts)
+        and not any(
+            len(own) >= TELLING and own in part for own in item.text.split(GAP) for part in parts
+        )
+    ]
+
+
+def main() -> None:
+    """Write the page, or list what no test names."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--unnamed", action="store_true", help="list messages that no test names")
+    if parser.parse_args().unnamed:
+        for item in unnamed():
+            print(f"{item.module}:{item.line}: {item.text}")
+    else:
+        PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    main()
