@@ -16,13 +16,19 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow coverage bench bench-page messages lint blender build zip repo lock licences docs release clean
+.PHONY: help demo gallery assets animations test test-plain test-bpy test-bpy-next test-blender test-slow coverage bench bench-page messages lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
 
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
 	$(VENV_PYTHON) scripts/make_demo.py --out out
+
+gallery: $(INSTALLED) ## render the pictures of docs/gallery.md anew: half an hour
+	$(VENV_PYTHON) scripts/make_gallery.py --out docs/images/gallery
+
+assets: $(INSTALLED) ## the preset sketches and liquids as an asset library: out/assets
+	$(VENV_PYTHON) scripts/make_assets.py --out out/assets
 
 animations: $(INSTALLED) ## simulate and render the animations of docs/animation.md: half an hour
 	$(VENV_PYTHON) scripts/animate.py crown letter_s --out docs/images --cache out/animation

@@ -29,6 +29,7 @@ from .core.packages import PACKAGES, PackageError, is_installed
 from .core.progress import Cancelled, Report
 from .core.refinement.presets import PRESETS
 from .core.refinement.settings import KINDS, RefinementSettings
+from .core.refinement.viscous import for_liquid
 from .core.settings import SplashSettings
 from .core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from .core.sketch.presets import PRESETS as SKETCHES
@@ -152,7 +153,7 @@ def make_splash(
     """
     check_packages()
     chosen = splash_settings(**settings)
-    steps = refinements(refine)
+    steps = for_liquid(refinements(refine), chosen.liquid)
     made, warnings = with_velocities(strokes, chosen)
     from .core.obstacles.obstacles import obstacle_from_mesh
     from .core.pipeline import make_splash as make

@@ -28,7 +28,7 @@ import liquid_splash_addon
 from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
 from liquid_splash_addon.blender.scene.places import rigid_matrix
-from liquid_splash_addon.core.refinement.presets import PRESETS
+from liquid_splash_addon.core.refinement.presets import STARTS
 from liquid_splash_addon.core.sketch.presets import PRESETS as PRESET_SKETCHES
 from liquid_splash_addon.core.sketch.presets import example_sketch
 
@@ -51,10 +51,8 @@ def main() -> None:
     say(f"Drawing the sketch '{options.sketch}' with Grease Pencil")
     sketch = draw(options.sketch)
     say("Generating the splash")
-    bpy.ops.splash.generate(seed=options.seed)
+    bpy.ops.splash.generate(seed=options.seed, start=options.refine)
     splash = bpy.context.active_object
-    if options.refine != "NONE":
-        bpy.ops.splash.refinement_preset(preset=options.refine)
     say(f"{splash.splash.summary} on {splash.splash.device}, {splash.splash.precision}")
     for warning in filter(None, splash.splash.warnings.split("\n")):
         say(f"Warning: {warning}")
@@ -79,7 +77,7 @@ def read_options() -> argparse.Namespace:
     )
     parser.add_argument("--strokes", action="store_true", help="show them in the picture")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--refine", choices=["NONE", *PRESETS], default="FRESH", help="preset")
+    parser.add_argument("--refine", choices=list(STARTS), default="FRESH", help="preset")
     parser.add_argument("--samples", type=int, default=32, help="of Cycles, per pixel")
     parser.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar="PIXELS")
     return parser.parse_args()

@@ -21,6 +21,7 @@ from PIL import Image
 import liquid_splash_addon
 from liquid_splash_addon.blender.data.refinements import add_step
 from liquid_splash_addon.blender.jobs import refine
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.refinement.settings import SheetSettings
 from training.figures.picture import contact_sheet, titled
 
@@ -49,7 +50,7 @@ def row(name: str, options: argparse.Namespace, path: Path) -> list[Image.Image]
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     liquid_splash_addon.register()
     demo.draw(name)
-    bpy.ops.splash.generate()
+    bpy.ops.splash.generate(start=BARE)
     splash = bpy.context.active_object
     demo.set_table(table.world_points(splash), options.samples, options.size)
     pictures = []

@@ -23,7 +23,7 @@ from PIL import Image
 import liquid_splash_addon
 from liquid_splash_addon.blender.data.refinements import add_step
 from liquid_splash_addon.blender.jobs import refine
-from liquid_splash_addon.core.refinement.presets import PRESETS
+from liquid_splash_addon.core.refinement.presets import BARE, PRESETS
 from liquid_splash_addon.core.refinement.settings import (
     DropletSettings,
     RefinementSettings,
@@ -66,7 +66,7 @@ def make_splash(options: argparse.Namespace) -> bpy.types.Object:
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     liquid_splash_addon.register()
     demo.draw("crown")
-    bpy.ops.splash.generate()
+    bpy.ops.splash.generate(start=BARE)
     splash = bpy.context.active_object
     demo.set_table(table.world_points(splash), options.samples, options.size)
     return splash

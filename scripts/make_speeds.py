@@ -19,6 +19,7 @@ import scene as table
 from PIL import Image
 
 import liquid_splash_addon
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.presets import PRESETS as PRESET_SKETCHES
 from training.figures.picture import contact_sheet, titled
@@ -48,7 +49,7 @@ def main() -> None:
 def drawn_at(sketch: bpy.types.Object, speed: float) -> bpy.types.Object:
     """Return the splash of the sketch, as if drawn at one speed."""
     bpy.context.view_layer.objects.active = sketch
-    bpy.ops.splash.generate(speed_source="CONSTANT", stroke_speed=speed)
+    bpy.ops.splash.generate(speed_source="CONSTANT", stroke_speed=speed, start=BARE)
     return next(item for item in bpy.data.objects if item.splash.summary)
 
 

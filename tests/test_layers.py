@@ -17,7 +17,7 @@ NEVER = {"training", "liquid_splash_addon"}
 
 ROOMS = {
     "liquid_splash_addon.core": (
-        "settings grid scale progress packages compiled_code compiling whole_file",
+        "settings liquids grid scale progress packages compiled_code compiling whole_file",
         "numeric", "fluid", "sketch", "stroke_files", "condition", "liquid", "generator",
         "mesh", "obstacles", "refinement", "composition", "animation", "simulation", "playback",
         "mantaflow", "mesh_files",

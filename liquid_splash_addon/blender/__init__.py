@@ -22,6 +22,7 @@ from .capture import action_set, vr_drawing
 from .data import (
     capture,
     index,
+    look,
     mantaflow,
     model,
     motion,
@@ -51,7 +52,9 @@ from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
     export_vdb,
+    liquid_operators,
     live_operators,
+    look_panel,
     mantaflow_operators,
     mantaflow_panel,
     model_operators,
@@ -84,6 +87,7 @@ MODULES = (
     stored_liquid,
     model,
     refinements,
+    look,
     obstacle_group,
     simulation,
     motion,
@@ -118,6 +122,7 @@ MODULES = (
     stroke_files,
     strokes_from_flow,
     refinement_operators,
+    liquid_operators,
     motion_operators,
     simulate_operators,
     mantaflow_operators,
@@ -129,6 +134,7 @@ MODULES = (
     model_panel,
     preferences_operators,
     preferences_panel,
+    look_panel,
     motion_panel,
     simulate_panel,
     vr_panel,

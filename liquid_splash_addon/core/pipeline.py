@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .generator.generator import Generator
     from .obstacles.obstacles import Obstacle
     from .refinement.settings import RefinementSettings
+    from .refinement.shader_attributes import Attributes, Look
 
 MOST_OUTSIDE = 0.05
 """Share of the strokes' length that may lie outside the local grid."""
@@ -48,6 +49,7 @@ class Splash:
     strokes : what it was made of, local metres and m/s
     warnings : sentences for the user
     drops : the free drops of its refinements, if there are any
+    attributes : of the mesh's vertices at real size, where they were asked for
     """
 
     mesh: Mesh
@@ -56,6 +58,7 @@ class Splash:
     strokes: Sequence[Stroke] = ()
     warnings: list[str] = field(default_factory=list)
     drops: Drops | None = None
+    attributes: Attributes | None = None
 
 
 def make_splash(
@@ -67,10 +70,12 @@ def make_splash(
     refinements: Sequence[RefinementSettings] = (),
     obstacles: Sequence[Obstacle] = (),
     clearance: float = 0.0,
+    look: Look | None = None,
 ) -> Splash:
     """Return the splash of ``strokes`` (drawing units, drawing units per second).
 
     obstacles : what it keeps out of, drawing units; clearance : cells of air around them.
+    look : what shaders are to know of its vertices.
     frame : the stored frame of an earlier splash; by default one is fitted to the strokes.
     Raises StrokeError, with advice, where no splash can be made.
     """
@@ -94,17 +99,19 @@ def make_splash(
             "These strokes give no liquid: lower Surface Threshold, or change Real Size or Reach"
         )
     warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
-    if not refinements and not obstacles:
+    if not refinements and not obstacles and look is None:
         mesh = mesh_to_drawing(surface(fields, settings.surface_threshold), frame)
         report("Done", 1.0)
         return Splash(mesh, fields, frame, local, warnings)
     from .refinement.stack import Refiner
 
     refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance, strokes=local)
-    refined = refiner.refine(refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share))
+    refined = refiner.refine(
+        refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share), look
+    )
     return Splash(
         mesh_to_drawing(refined.mesh, frame), fields, frame, local, warnings + refined.warnings,
-        drops_to_drawing(refined.cloud, frame),
+        drops_to_drawing(refined.cloud, frame), refined.attributes,
     )  # fmt: skip
 
 

@@ -30,6 +30,7 @@ from .pipeline import make_splash
 from .progress import Report, part_of, silent
 from .refinement.presets import PRESETS
 from .refinement.settings import SheetSettings, WaveSettings
+from .refinement.shader_attributes import Look
 from .refinement.stack import OFFSET, Refiner
 from .refinement.stored_splash import StoredSplash
 from .settings import ModelSettings, SplashSettings
@@ -110,7 +111,7 @@ class Rehearsal:
         """Refine it by another list, and again after applying the usual one."""
         stored = self.stored
         refiner = Refiner(stored.fields, strokes=stored.strokes)
-        refiner.refine(STORM, part_of(report, 0.0, 0.6))
+        refiner.refine(STORM, part_of(report, 0.0, 0.6), Look())
         applied = replace(stored, applied=refiner.applied(FRESH))
         applied = StoredSplash.from_bytes(applied.to_bytes())
         again = Refiner(applied.fields, applied=applied.applied)

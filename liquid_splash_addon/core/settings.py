@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from .liquids import ITEMS as LIQUID_ITEMS
+
 LATENT_SEED_MAX = 2**31 - 1
 
 
@@ -126,6 +128,13 @@ class SplashSettings(Settings):
         high=10.0,
         soft=4.0,
     )
+    liquid: str = setting(
+        "WATER",
+        "Liquid",
+        "What flows: its surface tension and viscosity decide how soon Breakup parts it, and what "
+        "droplets, ruptures, sheets and waves make of it",
+        items=LIQUID_ITEMS,
+    )
     divergence_free: bool = setting(
         False,
         "Divergence-Free",
@@ -145,6 +154,12 @@ class SplashSettings(Settings):
             ("MPS", "Metal", "An Apple GPU"),
         ),
     )
+
+    def __repr__(self) -> str:
+        """Show all but what is water's: so splashes of older files are still known by it."""
+        shown = [item for item in fields(self) if item.name != "liquid" or self.liquid != "WATER"]
+        inside = ", ".join(f"{item.name}={getattr(self, item.name)!r}" for item in shown)
+        return f"{type(self).__name__}({inside})"
 
     @property
     def cells(self) -> int:

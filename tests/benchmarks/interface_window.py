@@ -50,7 +50,7 @@ def splash_and_refinements() -> Iterator[Condition]:
     splash = bpy.context.active_object
     splash.splash_stack.items[0].droplets.amount = 0.004
     yield is_quiet
-    splash.splash_stack.items[1].waves.amplitude = 0.001
+    splash.splash_stack.items[2].waves.amplitude = 0.001
     yield is_quiet
 
 
@@ -74,6 +74,8 @@ def measured() -> Iterator[Condition]:
     numbers["interface.first_splash_imports_seconds"] = WATCH.imports.seconds
     numbers["interface.first_splash_stall_ms"] = max(WATCH.lock, WATCH.call)
     numbers["interface.import_stall_ms"] = WATCH.importing
+    yield is_quiet
+    numbers["interface.first_refined_seconds"] = time.perf_counter() - begin
     print(f"first splash: lock {WATCH.lock:.1f}, {WATCH.name} {WATCH.call:.1f}", flush=True)
     yield from splash_and_refinements()  # what is imported for refinements is imported by now
     for name in ("longest_stall_ms", "longest_stall_ms_while_compiling"):

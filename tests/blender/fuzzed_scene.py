@@ -18,6 +18,7 @@ from liquid_splash_addon.blender.data.frame_text import frame_from_text
 from liquid_splash_addon.blender.scene import places
 from liquid_splash_addon.blender.scene.mesh_space import liquid_matrix
 from liquid_splash_addon.blender.scene.stroke_objects import read_sketch
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.refinement.stored_splash import strokes_of
 from tests.blender.sketching import add_sketch, fan, splashes, vertices
 
@@ -50,6 +51,7 @@ class FuzzedScene:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         bpy.context.scene.splash.settings.resolution = "64"
         bpy.context.scene.splash.settings.real_size = 0.32
+        bpy.context.scene.splash.start = BARE
         bpy.context.scene.splash.follow = self.dice.random() < 0.5
         bpy.context.scene.unit_settings.scale_length = self.dice.choice((1.0, 0.01))
         size = self.dice.choice((0.02, 1.0, 1.0, 30.0))

@@ -12,6 +12,7 @@ from liquid_splash_addon.blender.scene import sketch as sketches
 from liquid_splash_addon.blender.scene.mesh_object import read_triangles
 from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from liquid_splash_addon.core.numeric.triangles import enclosed_volume
+from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.sketching import (
     TubeGenerator,
     add_sketch,
@@ -45,9 +46,10 @@ def crossing() -> bpy.types.Object:
 
 
 def generate_layers(sketch: bpy.types.Object) -> bpy.types.Object:
-    """Generate the layers of ``sketch`` and return their model."""
+    """Generate the layers of ``sketch`` as bare liquid, and return their model."""
     bpy.context.view_layer.objects.active = sketch
     bpy.context.scene.splash.settings.real_size = 0.32  # not the default, which may move
+    bpy.context.scene.splash.start = BARE
     assert bpy.ops.splash.generate_layers() == {"FINISHED"}
     return the_model()
 
@@ -110,7 +112,7 @@ def bodies(item: bpy.types.Object, size: int = 1) -> set[int]:
 def single(matrix: Matrix | None = None) -> bpy.types.Object:
     """Return the model of one splash, whose sketch stands at ``matrix``."""
     sketch = add_sketch(fan(), matrix)
-    assert bpy.ops.splash.generate() == {"FINISHED"}
+    assert bpy.ops.splash.generate(start=BARE) == {"FINISHED"}
     bpy.context.view_layer.objects.active = sketch
     assert bpy.ops.splash.combine() == {"FINISHED"}
     return the_model()

@@ -18,6 +18,7 @@ from liquid_splash_addon.core.condition.patches.sampling import PatchSamples
 from liquid_splash_addon.core.condition.voxelize import Condition, voxelize
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.liquid.fields import AIR, Fields
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.strokes import Stroke
 
@@ -143,7 +144,11 @@ def splashes() -> list[bpy.types.Object]:
 
 
 def generate(**settings: object) -> bpy.types.Object:
-    """Run the button's operator, as a draft unless told otherwise, and return the splash."""
-    result = bpy.ops.splash.generate(**{"resolution": "64", "real_size": SIZE, **settings})
+    """Run the button's operator, as a draft unless told otherwise, and return the splash.
+
+    It is bare liquid: what new splashes start with is for the tests that are about it.
+    """
+    given = {"resolution": "64", "real_size": SIZE, "start": BARE, **settings}
+    result = bpy.ops.splash.generate(**given)
     assert result == {"FINISHED"}
     return splashes()[0]

@@ -218,7 +218,11 @@ def is_right(item: bpy.types.Object) -> bool:
         return bool(record.warnings)  # it stays as it was, and says why
     vertices = np.empty((len(item.data.vertices), 3), np.float32)
     item.data.vertices.foreach_get("co", vertices.ravel())
-    return record.evaluated == task.key and np.array_equal(vertices, mesh.vertices)
+    is_same = record.evaluated == task.key and np.array_equal(vertices, mesh.vertices)
+    if not is_same:
+        print(f"{item.name}: {vertices.shape} for {mesh.vertices.shape}", flush=True)
+        print(f"said {record.evaluated}, wanted {task.key}", flush=True)
+    return is_same
 
 
 def steps(changes: int, seed: int) -> Iterator[Condition]:

@@ -9,6 +9,7 @@ from mathutils import Matrix, Vector
 from liquid_splash_addon.blender.jobs import compose, loaded_generator, refine
 from liquid_splash_addon.blender.scene import model_parts
 from liquid_splash_addon.core.composition.model import Composer
+from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.modelling import bounds, crossing, generate_layers, part, the_model, volume
 from tests.blender.sketching import add_sketch, bend, splashes, vertices
 
@@ -109,6 +110,7 @@ def test_a_saved_file_goes_on_without_the_generator(tmp_path, monkeypatch):
 
 def test_undo_and_redo():
     crossing()
+    bpy.context.scene.splash.start = BARE
     bpy.ops.ed.undo_push(message="sketch")
     assert bpy.ops.splash.generate_layers() == {"FINISHED"}
     bpy.ops.ed.undo_push(message="model")
@@ -136,7 +138,7 @@ def test_a_splash_is_in_one_model_only():
     with pytest.raises(ValueError, match="remove it there first"):
         model_parts.new_model(bpy.context, [part("A")])
     bend_sketch = add_sketch([bend()])
-    bpy.ops.splash.generate()
+    bpy.ops.splash.generate(start=BARE)
     other = next(item for item in splashes() if item.splash.sketch == bend_sketch)
     model.select_set(True)
     other.select_set(True)

@@ -7,7 +7,7 @@ import pytest
 
 from liquid_splash_addon.blender.data import stored_liquid
 from liquid_splash_addon.blender.data.refinements import steps_of
-from liquid_splash_addon.blender.jobs import refine
+from liquid_splash_addon.blender.jobs import refine, scheduler
 from liquid_splash_addon.core.refinement.settings import (
     CleanupSettings,
     DropletSettings,
@@ -164,3 +164,20 @@ def test_more_drops_than_particles_are_reported(splash):
     item.droplets.amount = 1.0
     assert "Most Particles" in splash.splash_stack.warnings
     assert len(splash.data.polygons) > 0
+
+
+def test_undo_of_a_slider_whose_result_came_after_the_step(splash):
+    """Blender keeps a mesh that two steps show alike, whatever was written into it since."""
+    waves = add("WAVES").waves
+    bpy.ops.splash.drop_points()
+    name, before = splash.name, vertices(splash)
+    for number in range(3):
+        bpy.ops.ed.undo_push(message=str(number))
+    with scheduler.held():  # as where the queue has yet to make it
+        waves.amplitude = 0.002
+        bpy.ops.ed.undo_push(message="Slider")
+    after = vertices(splash)
+    bpy.context.view_layer.update()
+    for undo, wanted in ((bpy.ops.ed.undo, before), (bpy.ops.ed.redo, after)):
+        undo()
+        np.testing.assert_array_equal(vertices(bpy.data.objects[name]), wanted)

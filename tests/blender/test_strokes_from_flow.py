@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from liquid_splash_addon.blender.scene.flow import read_flow
 from liquid_splash_addon.blender.scene.stroke_objects import read_sketch
+from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.flowing import LENGTH, baked, ball, exported, uniform
 from tests.blender.manta_module import mend
 from tests.blender.sketching import add_sketch, fan, generate
@@ -68,7 +69,7 @@ def test_a_splash_becomes_a_sketch_of_its_own_speed(splash):
 def test_the_sketch_makes_a_splash_again(splash):
     size = max(splash.dimensions)
     sketched(splash, strokes=6)
-    again = bpy.ops.splash.generate(resolution="64", real_size=0.32)
+    again = bpy.ops.splash.generate(resolution="64", real_size=0.32, start=BARE)
     assert again == {"FINISHED"}
     assert max(bpy.context.active_object.dimensions) == pytest.approx(size, rel=0.2)
 

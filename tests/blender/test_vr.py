@@ -18,6 +18,7 @@ from liquid_splash_addon.blender.data.capture import SplashCaptureGroup
 from liquid_splash_addon.blender.jobs import draft_then_full, work_queue
 from liquid_splash_addon.blender.scene import world_strokes
 from liquid_splash_addon.blender.ui import vr_panel
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from tests.blender.sketching import add_sketch, fan, line, splashes
 from tests.blender.test_panels import drawn
@@ -203,6 +204,7 @@ def test_wet_ink_and_pens_go_when_drawing_ends():
 
 
 def test_a_draft_comes_first_and_the_settings_stay(tubes):
+    bpy.context.scene.splash.start = BARE
     bpy.context.scene.splash.settings.real_size = 0.32
     sketch = add_sketch(fan())
     told = []

@@ -32,9 +32,15 @@ def screen():
     server.wait()
 
 
-def run_in_a_window(screen: str, script: Path, *words: str, timeout: float = 900.0) -> str:
-    """Run a script in a Blender with a window; return what it printed."""
-    command = [bpy.app.binary_path, "--factory-startup", "--enable-event-simulate"]
+def run_in_a_window(
+    screen: str, script: Path, *words: str, timeout: float = 900.0, simulated: bool = True
+) -> str:
+    """Run a script in a Blender with a window; return what it printed.
+
+    simulated : whether its events are the script's own; those of the window system are then ignored
+    """
+    command = [bpy.app.binary_path, "--factory-startup"]
+    command += ["--enable-event-simulate"] if simulated else []
     command += ["--gpu-backend", "opengl", "--window-geometry", "0", "0", *SIZE.split("x")]
     environment = {**os.environ, "DISPLAY": screen, "LIBGL_ALWAYS_SOFTWARE": "1"}
     environment.pop("WAYLAND_DISPLAY", None)

@@ -27,6 +27,7 @@ from liquid_splash_addon.blender.jobs import (
 )
 from liquid_splash_addon.blender.scene.sketch import add_strokes
 from liquid_splash_addon.blender.scene.targets import Target
+from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.running_scripts import Condition, run
 from tests.blender.sketching import TubeGenerator, add_sketch, fan, line, splashes
 
@@ -67,10 +68,13 @@ def idle() -> bool:
     return work_queue.collecting() is None
 
 
-def draw() -> bpy.types.Object:
-    """Return a new sketch, in an otherwise empty file, as an undo step of its own."""
-    bpy.context.scene.splash.settings.resolution = "64"
-    bpy.context.scene.splash.settings.real_size = 0.32
+def draw(start: str = BARE) -> bpy.types.Object:
+    """Return a new sketch, in an otherwise empty file, as an undo step of its own.
+
+    start : the refinements that its splash will start with
+    """
+    group = bpy.context.scene.splash
+    group.settings.resolution, group.settings.real_size, group.start = "64", 0.32, start
     for item in list(bpy.data.objects):
         bpy.data.objects.remove(item)
     sketch = add_sketch(fan())
@@ -134,6 +138,29 @@ def steps() -> Iterator[Condition]:
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     yield idle
     assert not splashes(), "another file was opened meanwhile"
+
+
+def starting() -> Iterator[Condition]:
+    """Check that a new splash is shown bare at once, then with its list; all is one undo step."""
+
+    def is_refined() -> bool:
+        (splash,) = splashes()
+        return len(splash.data.vertices) != bare and not splash.splash_stack.pending
+
+    draw("FRESH")
+    press("splash.generate")
+    yield idle
+    (splash,) = splashes()
+    bare = len(splash.data.vertices)
+    assert [item.kind for item in splash.splash_stack.items] == ["DROPLETS", "SHEETS", "WAVES"]
+    assert splash.splash_stack.pending and not splash.splash_stack.summary, "its list comes after"
+    yield is_refined
+    refined = len(splash.data.vertices)
+    press("ed.undo")
+    assert not splashes(), "one undo step"
+    press("ed.redo")
+    yield is_refined
+    assert len(splashes()[0].data.vertices) == refined
 
 
 def refining() -> Iterator[Condition]:
@@ -353,6 +380,7 @@ def joining() -> Iterator[Condition]:
 def everything() -> Iterator[Condition]:
     """Check it all."""
     yield from steps()
+    yield from starting()
     yield from refining()
     yield from in_flight()
     yield from mistaken()

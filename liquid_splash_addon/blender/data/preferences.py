@@ -12,10 +12,14 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ...core.refinement.presets import STARTS
 from ...core.settings import SplashSettings
 
 ADDON = __package__.removesuffix(".blender.data")
 """Name of the add-on's package, by which Blender knows it."""
+
+START_ITEMS = tuple((name, preset.label, preset.about) for name, preset in STARTS.items())
+"""What new splashes can start with, as Blender lists it."""
 
 SECTIONS: list[Callable[[Any, bpy.types.Context], None]] = []
 """What else draws into the preferences: the room ``ui`` adds itself, as it may use all others."""
@@ -66,6 +70,13 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         default="AUTO",
     )
 
+    start: EnumProperty(
+        name="Start With",
+        description="The refinements that new splashes begin with, in scenes that do not say "
+        "otherwise",
+        items=START_ITEMS,
+    )
+
     show_hints: BoolProperty(
         name="Hints",
         description="Say in the viewport what to do next, until the first splash exists",
@@ -91,6 +102,7 @@ class SPLASH_AP_preferences(bpy.types.AddonPreferences):
         column.prop(self, "weights_path")
         column.prop(self, "device")
         column.prop(self, "precision")
+        column.prop(self, "start")
         column.prop(self, "show_hints")
         for section in SECTIONS:
             section(self.layout, context)

@@ -21,6 +21,8 @@ from bpy.props import (
 
 from ...core.settings import Settings, SplashSettings
 from . import index
+from .revisions import changed
+from .start import start_property
 
 STROKE_TYPES = ("GREASEPENCIL", "CURVE", "CURVES")
 """Types of the objects whose strokes a splash can be made of."""
@@ -73,10 +75,20 @@ def assign_settings(group: Any, settings: Settings) -> None:
         setattr(group, item.name, getattr(settings, item.name))
 
 
+def liquid_changed(group: Any, context: bpy.types.Context) -> None:
+    """Tell that a splash, not a scene, is of another liquid: its refinements follow."""
+    if isinstance(group.id_data, bpy.types.Object):
+        changed(group, context)
+
+
 class SplashSettingsGroup(bpy.types.PropertyGroup):
     """The parameters of one splash."""
 
-    __annotations__ = settings_properties()
+    __annotations__ = settings_properties() | {
+        "liquid": blender_property(
+            SplashSettings.__dataclass_fields__["liquid"], {"update": liquid_changed}
+        )
+    }
 
 
 def fit_anew(group: Any, _context: bpy.types.Context) -> None:
@@ -164,6 +176,10 @@ class SplashSceneGroup(bpy.types.PropertyGroup):
     """What a scene remembers: the settings for new splashes, and how they are made."""
 
     settings: PointerProperty(type=SplashSettingsGroup)
+    chosen_start: StringProperty(
+        description="What new splashes start with; empty: what the preferences say"
+    )
+    start: start_property()
     live: BoolProperty(
         name="Live",
         description="While strokes or settings are changed, a draft of the active sketch's splash "

@@ -37,6 +37,19 @@ class SplashLiquidGroup(bpy.types.PropertyGroup):
         description="A few vertices as they were written, 4 numbers each: which one, and where",
         options={"HIDDEN"},
     )
+    attributes: StringProperty(
+        description="Names of the attributes that were written for shaders, beside velocity",
+        options={"HIDDEN"},
+    )
+    made_of: StringProperty(
+        description="Digest of the strokes and settings that the liquid was made of, see evaluated",
+        options={"HIDDEN"},
+    )
+    evaluated: StringProperty(
+        description="Key of the task that made the geometry. Undo may restore a mesh and keep the "
+        "object that says what it was made of",
+        options={"HIDDEN"},
+    )
     time_scale: FloatProperty(
         description="Time scale of the mesh's velocities; it was 1 before it could be chosen",
         default=1.0,
@@ -68,6 +81,11 @@ def read(mesh: bpy.types.Mesh) -> tuple[bytes, str]:
 def identifier_of(mesh: bpy.types.Mesh) -> str:
     """Return the identifier of the stored liquid alone; "" if there is none."""
     return str(mesh.splash_liquid.identifier) or read(mesh)[1]
+
+
+def is_made_by(mesh: bpy.types.Mesh, key: str) -> bool:
+    """Whether the task with this key made the geometry; true of meshes that do not tell."""
+    return str(mesh.splash_liquid.evaluated) in ("", key)
 
 
 @bpy.app.handlers.persistent

@@ -15,14 +15,16 @@ import bpy
 import numpy as np
 
 from ...core.refinement.settings import RefinementSettings, SheetSettings, WaveSettings
+from ...core.refinement.viscous import for_liquid
 from ...core.settings import ModelSettings
 from ...core.sketch.alignment import is_similarity
+from ..data.look import colours_from_text
 from ..data.model import SplashPartGroup, is_model
 from ..data.properties import to_settings
-from ..scene import drop_points, mesh_object, model_parts, motion
+from ..scene import drop_points, evaluated, mesh_object, model_parts, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import refine, scheduler
+from . import looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -75,6 +77,7 @@ class ModelTask:
     obstacles: list[Obstacle]
     clearance: float
     left_out: list[str]
+    attributes: bool = False
 
     @property
     def key(self) -> str:
@@ -85,6 +88,8 @@ class ModelTask:
         around = obstacles_key(self.obstacles, self.clearance)
         wanted = f"{self.settings!r} {self.sheets!r} {self.waves!r}"
         found = f"{source.hexdigest()[:16]} {wanted} {around!r}"
+        if self.attributes:
+            found = f"{found} attributes {[part.task.colours for part in self.parts]}"
         return f"{found} {self.left_out!r}" if self.left_out else found
 
 
@@ -109,15 +114,24 @@ def read_task(model: bpy.types.Object) -> ModelTask:
                 left_out.append(f"{error}. Left out")
     if not parts and left_out:
         raise SceneError(left_out[-1].removesuffix(". Left out"))
+    sheets = [to_settings(group.sheets, SheetSettings)] if group.use_sheets else []
+    waves = [to_settings(group.waves, WaveSettings)] if group.use_waves else []
     return ModelTask(
         parts,
         to_settings(group.settings, ModelSettings),
-        to_settings(group.sheets, SheetSettings) if group.use_sheets else None,
-        to_settings(group.waves, WaveSettings) if group.use_waves else None,
+        next(iter(for_liquid(sheets, liquid_of(model))), None),
+        next(iter(for_liquid(waves, liquid_of(model))), None),
         obstacles,
         clearance,
         left_out,
+        looks.wanted_look(model).attributes,
     )
+
+
+def liquid_of(model: bpy.types.Object) -> str:
+    """Return the liquid of a model: that of the first of its splashes that is shown."""
+    shown = [part.splash for part in model.splash_model.parts if part.show and part.is_there]
+    return str(shown[0].splash.settings.liquid) if shown else "WATER"
 
 
 def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
@@ -126,7 +140,8 @@ def read_part(part: SplashPartGroup, model: bpy.types.Object) -> PartTask:
     if not part.is_there:
         raise SceneError(f"'{part.name}' was deleted: undo that, or remove it from the list")
     place = model_parts.place_in(model, splash)
-    task = refine.read_task(splash)
+    colours = splash.splash_look.colours if looks.wanted_look(model).tints else ""
+    task = replace(refine.read_task(splash), look=looks.NOTHING, colours=colours)
     frame_in_model(task.frame, place, splash.name)  # says at once if it is stretched
     return PartTask(splash.name, task, place)
 
@@ -142,7 +157,7 @@ def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
     return the_composer().compose(
         refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
-        part_of(report, 0.3, 1.0), task.sheets,
+        part_of(report, 0.3, 1.0), task.sheets, task.attributes,
     )  # fmt: skip
 
 
@@ -163,9 +178,16 @@ def refined_parts(task: ModelTask, report: Report) -> list[Part]:
         report(f"Refining {part.label}", 0.3 * number / len(task.parts))
         refined = made[part.key] = _refined.get(part.key) or refine_part(part)
         frame = frame_in_model(refined.placed.frame, part.place, part.label)
-        parts.append(replace(refined, placed=replace(refined.placed, frame=frame)))
+        placed = replace(refined.placed, frame=frame)
+        parts.append(replace(refined, placed=placed, colours=colours_of(part, refined)))
     _refined = made
     return parts
+
+
+def colours_of(part: PartTask, refined: Part) -> np.ndarray | None:
+    """Return what the strokes of a splash are to colour; None for nothing."""
+    found = colours_from_text(part.task.colours) if part.task.colours else None
+    return found if found is not None and len(found) == len(refined.strokes) else None
 
 
 def refine_part(part: PartTask) -> Part:
@@ -185,11 +207,11 @@ def frame_in_model(frame: Frame, place: np.ndarray, label: str) -> Frame:
 def write(model: bpy.types.Object, task: ModelTask, made: Composed) -> None:
     """Write the joined mesh, and hide the splashes that it replaces."""
     check_writable(model)
-    lost = mesh_object.replace_mesh(model, made.mesh)
+    lost = mesh_object.replace_mesh(model, made.mesh, attributes=made.attributes)
     drop_points.write(model, made.drops)
     motion.apply(model)
     group = model.splash_model
-    group.evaluated, group.pending = task.key, False
+    evaluated.remember(model, group, task.key)
     group.summary = f"{len(made.mesh.faces):,} faces, {len(task.parts)} splash(es)"
     group.warnings = "\n".join(dict.fromkeys([*task.left_out, *made.warnings, *lost]))
     model_parts.update_visibility()

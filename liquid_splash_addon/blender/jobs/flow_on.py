@@ -90,7 +90,7 @@ def compute(work: FlowTask, report: Report) -> tuple[refine.Outcome, bytes]:
         stored = replace(stored, flowed=Flowed(later, settings.milliseconds))
     content = stored.to_bytes()
     refined = refine.new_refiner(work.task, content).refine(
-        work.task.steps, part_of(report, OVERSTEPPED, 1.0)
+        work.task.steps, part_of(report, OVERSTEPPED, 1.0), refine.look_of(work.task)
     )
     return refine.outcome_of(work.task, refined), content
 

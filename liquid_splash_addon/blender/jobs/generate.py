@@ -18,6 +18,7 @@ import bpy
 import numpy as np
 
 from ...core.compiled_code import FIRST, REFINED
+from ...core.refinement.viscous import for_liquid
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
 from ...core.sketch.local_frame import Frame
@@ -26,14 +27,15 @@ from ..data import stored_liquid
 from ..data.frame_text import frame_from_text, frame_to_text
 from ..data.preferences import device_for, keep_precision, known_precision, weights_path
 from ..data.properties import STROKE_TYPES, assign_settings, plain, to_settings
-from ..data.refinements import steps_of
+from ..data.refinements import add_step, steps_of
+from ..data.start import starting_steps
 from ..data.version import addon_version
-from ..scene import drop_points, follow, mesh_object, mesh_space, motion
+from ..scene import drop_points, follow, mesh_object, mesh_space, motion, targets
 from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import compile_ahead, dependencies, loaded_generator, refine
+from . import compile_ahead, dependencies, loaded_generator, looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings
+    from ...core.refinement.shader_attributes import Attributes
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,11 @@ class Request:
     device: str
     precision: str  # number format to compute in; "": measure the fastest
     refinements: list[RefinementSettings]
+    start: tuple[RefinementSettings, ...]  # those that a new splash is refined by afterwards
     obstacles: list[Obstacle]
     clearance: float
     may_refit: bool  # whether a new frame is fitted where the strokes have left the stored one
+    look: looks.WantedLook
 
     @property
     def digest(self) -> str:
@@ -84,7 +89,8 @@ class Request:
     @property
     def key(self) -> tuple[object, ...]:
         """Identifies the run: equal keys, equal results, and an equal splash to write them to."""
-        return self.splash, self.liquid, self.digest, repr(self.refinements), self.precision
+        lists = repr((self.refinements, self.start))
+        return self.splash, self.liquid, self.digest, lists, self.precision, self.look
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,7 @@ class Result:
     summary: str
     warnings: list[str]
     fastest: float  # m/s, that the generator knows
+    attributes: Attributes | None = None
 
 
 def snapshot(
@@ -109,15 +116,16 @@ def snapshot(
     settings: SplashSettings,
     realign: bool = False,
     may_refit: bool = False,
+    start: str = "",
 ) -> Request:
     """Read what a run needs.
 
     realign : fit a new local frame instead of the stored one; may_refit : only where the strokes
-    have left that
+    have left that; start : what a new splash starts with, by default what its scene says.
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
     could not be computed or written.
     """
-    check_packages()
+    dependencies.check()
     compile_ahead.want()
     context.view_layer.update()  # world matrices after moves by script
     sketch, splash, layer, others = target
@@ -133,7 +141,7 @@ def snapshot(
         raise StrokeError(f"No stroke is left to make a splash of. {warnings[0]}")
     drawings, _, left_out = usable_drawings(drawings)
     warnings += [f"{warning}: Select Strokes shows them" for warning in left_out]
-    warnings += lost_objects(splash, others)
+    warnings += targets.lost_objects(splash, others)
     record = splash.splash if splash is not None else None
     obstacles, clearance, no_obstacles = [], 0.0, []
     if splash is not None:
@@ -164,9 +172,11 @@ def snapshot(
         precision=(record.precision if record else "") or known_precision(context, device),
         device=device,
         refinements=steps_of(splash) if splash is not None else [],
+        start=starting_steps(context, start) if splash is None else (),
         obstacles=obstacles,
         clearance=clearance,
         may_refit=may_refit,
+        look=looks.wanted_look(splash, settings),
     )
 
 
@@ -181,30 +191,12 @@ def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
     return frame if np.array_equal(moved, np.eye(4)) else frame.moved(moved)
 
 
-def check_packages() -> None:
-    """Raise SceneError if a package is missing without which nothing can be computed."""
-    if missing := dependencies.missing_packages():
-        raise SceneError(
-            f"Not installed: {', '.join(missing)}. The Splash tab in the sidebar shows how to "
-            "install what is missing"
-        )
-
-
 def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
     """Return the message for a splash whose layer is gone."""
     return (
         f"Choose another layer in the Last Run panel: '{layer}' of '{sketch.name}' was deleted or "
         "renamed, so the splash stays"
     )
-
-
-def lost_objects(
-    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
-) -> list[str]:
-    """Return a warning if objects were deleted whose strokes belonged to a splash."""
-    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
-    lost = len(known) - len(others)
-    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
 
 
 def found(sketch: Handle, splash: Handle | None, layer: str, others: tuple[Handle, ...]) -> Target:
@@ -265,7 +257,8 @@ def compute(request: Request, report: Report) -> Result:
     generator = loaded_generator.get(request.weights, request.device, request.precision)
     splash = make_splash(
         strokes, settings, generator, frame, part_of(report, 0.1, 0.9),
-        request.refinements, request.obstacles, request.clearance,
+        for_liquid(request.refinements, settings.liquid), request.obstacles, request.clearance,
+        looks.look_of_drawings(request.look, request.drawings),
     )  # fmt: skip
     report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
@@ -283,6 +276,7 @@ def compute(request: Request, report: Report) -> Result:
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
         fastest=float(generator.fastest),
+        attributes=splash.attributes,
     )
 
 
@@ -339,6 +333,7 @@ def write(context: bpy.types.Context, request: Request, result: Result) -> bpy.t
             for other in filter(None, (handle.find() for handle in request.others)):
                 splash.splash.others.add().sketch = other
             write_splash(context, splash, sketch, request, result)
+            begin_list(splash, request.start)
         except BaseException:
             mesh_object.discard(splash)
             raise
@@ -366,13 +361,21 @@ def write_splash(
                 follow.attach(splash, sketch)  # it followed the sketch that it was made of before
     elif context.scene.splash.follow:
         follow.attach(splash, sketch)
-    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved)
+    lost = mesh_object.replace_mesh(splash, result.mesh, space, request.moved, result.attributes)
     follow.carry_owned(splash, before, space)
     drop_points.write(splash, result.drops)
     stored_liquid.write(splash.data, result.liquid)
     context.view_layer.update()
-    remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
+    with scheduler.held():  # what is noted here asks for no evaluation of its own
+        remember(splash, sketch, request, replace(result, warnings=[*result.warnings, *lost]))
     motion.apply(splash)
+
+
+def begin_list(splash: bpy.types.Object, steps: Sequence[RefinementSettings]) -> None:
+    """Give a new splash its refinements. They follow by the queue: bare liquid is shown at once."""
+    with scheduler.held():
+        for step in steps:
+            add_step(splash, step)
 
 
 def remember(
@@ -381,8 +384,10 @@ def remember(
     """Record on the splash how it was made."""
     record = splash.splash
     assign_settings(record.settings, request.settings)
+    splash.splash_look.colours = looks.text_of(request.drawings)
     record.version = addon_version()
-    record.made_of, record.made_with = request.digest, repr(request.settings)
+    record.made_of = splash.data.splash_liquid.made_of = request.digest
+    record.made_with = repr(request.settings)
     record.fastest = result.fastest
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size

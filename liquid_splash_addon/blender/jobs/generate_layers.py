@@ -13,7 +13,7 @@ from ...core.settings import SplashSettings
 from ...core.sketch.strokes import StrokeError
 from ..data.model import models_of
 from ..data.properties import to_settings
-from ..scene import follow, mesh_object, model_parts
+from ..scene import evaluated, follow, mesh_object, model_parts
 from ..scene.grease_pencil import drawn_layers
 from ..scene.objects import Handle, SceneError, select_only
 from ..scene.targets import Target, splashes_of
@@ -69,7 +69,7 @@ def snapshot(context: bpy.types.Context, sketch: bpy.types.Object, choose: Choos
         except (StrokeError, SceneError) as error:
             warnings.append(f"Layer '{layer}': {error}")
             continue
-        if splash is not None and splash.splash.made_of == request.digest:
+        if splash is not None and evaluated.is_made_of(splash, request.digest):
             kept += 1
         else:
             runs.append(request)

@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 from ..data.properties import to_settings
+from ..scene import evaluated
 from ..scene.objects import SceneError
 from ..scene.targets import Target, find_target
 from . import draft_then_full, generate, work_queue
@@ -85,8 +86,8 @@ def follow(target: Target) -> None:
     wanted = (request.sketch, request.layer, request.digest)
     is_new = wanted != _asked
     _asked = wanted
-    is_made = splash is not None and splash.splash.made_of == request.digest and not is_making()
-    if is_new and request.drawings and not is_made:
+    is_made = splash is not None and evaluated.is_made_of(splash, request.digest)
+    if is_new and request.drawings and (not is_made or is_making()):
         draft_then_full.make(target, tell, rest=REST, is_step=False)
         work_queue.tick()  # begin at once: a timer would first wait for the viewport
 

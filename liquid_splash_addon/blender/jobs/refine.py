@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ...core import compiled_code
+from ...core.refinement.viscous import for_liquid
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
 from ..data.model import models_of
 from ..data.properties import is_splash, plain
 from ..data.refinements import steps_of
-from ..scene import drop_points, mesh_object, motion
+from ..scene import drop_points, evaluated, mesh_object, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import compile_ahead, scheduler
+from . import compile_ahead, looks, scheduler
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from ...core.obstacles.obstacles import Obstacle
     from ...core.progress import Report
     from ...core.refinement.settings import RefinementSettings, WaveSettings
+    from ...core.refinement.shader_attributes import Attributes, Look
     from ...core.refinement.stack import Refined, Refiner
     from ...core.sketch.local_frame import Frame
 
@@ -40,7 +42,10 @@ class Task:
     Attributes
     ----------
     content, identifier : of the stored liquid, see data.stored_liquid
+    steps : refinements, as they are for its liquid
     left_out : sentences about obstacles that cannot be any
+    look : what is wanted for shaders
+    colours : of its strokes as text; "" for none
     """
 
     content: bytes
@@ -51,11 +56,15 @@ class Task:
     obstacles: list[Obstacle]
     clearance: float
     left_out: list[str] = field(default_factory=list)
+    look: looks.WantedLook = looks.NOTHING
+    colours: str = ""
 
     @property
     def key(self) -> str:
         """Identifies the task, by the splash's fields and settings: equal keys, equal results."""
         key = self.key_with(self.steps)
+        if self.look.attributes:
+            key = f"{key} attributes {self.colours if self.look.tints else ''}"
         return f"{key} {self.left_out!r}" if self.left_out else key
 
     def key_with(self, steps: object) -> str:
@@ -76,6 +85,7 @@ class Outcome:
     drops: Drops
     gained: list[float]
     warnings: list[str]
+    attributes: Attributes | None = None
 
 
 def task_of(splash: bpy.types.Object) -> Task:
@@ -94,9 +104,16 @@ def read_task(splash: bpy.types.Object) -> Task:
         identifier,
         plain(splash.splash.settings.surface_threshold),
         frame_from_text(splash.splash.frame),
-        steps_of(splash),
+        for_liquid(steps_of(splash), splash.splash.settings.liquid),
         *obstacles_of(splash),
+        look=looks.wanted_look(splash),
+        colours=splash.splash_look.colours,
     )
+
+
+def look_of(task: Task) -> Look | None:
+    """Return what shaders are to know of the vertices, without bpy."""
+    return looks.look_of(task.look, task.colours, len(refiner_of(task).strokes))
 
 
 refiner: tuple[tuple[str, float, str, float], Refiner] | None = None
@@ -135,7 +152,7 @@ def waves_of(task: Task) -> list[WaveSettings]:
 def compute(task: Task, report: Report) -> Outcome:
     """Refine, without bpy. Raises ValueError for damaged fields."""
     report = compile_ahead.wait_for(compiled_code.REFINED, report)
-    return outcome_of(task, refiner_of(task).refine(task.steps, report))
+    return outcome_of(task, refiner_of(task).refine(task.steps, report, look_of(task)))
 
 
 def outcome_of(task: Task, refined: Refined) -> Outcome:
@@ -147,13 +164,14 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
         drops_to_drawing(refined.cloud, task.frame),
         refined.gained,
         refined.warnings,
+        refined.attributes,
     )
 
 
 def write(splash: bpy.types.Object, task: Task, outcome: Outcome) -> None:
     """Write the refined mesh."""
     check_writable(splash)
-    lost = mesh_object.replace_mesh(splash, outcome.mesh)
+    lost = mesh_object.replace_mesh(splash, outcome.mesh, attributes=outcome.attributes)
     drop_points.write(splash, outcome.drops)
     motion.apply(splash)
     remember(splash, task.key, outcome.gained, [*task.left_out, *outcome.warnings, *lost])
@@ -166,7 +184,7 @@ def remember(splash: bpy.types.Object, key: str, gained: list[float], warnings: 
     gained : change of the volume by each refinement, as a share
     """
     stack = splash.splash_stack
-    stack.evaluated, stack.pending = key, False
+    evaluated.remember(splash, stack, key)
     stack.summary = f"Volume {sum(gained):+.1%}" if gained else ""
     stack.warnings = "\n".join(dict.fromkeys(warnings))
     for model in models_of(splash):

@@ -15,6 +15,7 @@ import bpy
 
 from ...core.progress import silent
 from ..data import index, revisions
+from ..scene import evaluated
 from ..scene.objects import Handle, SceneError
 from . import work_queue
 from .messages import sentence_for
@@ -126,7 +127,7 @@ def _read(handle: Handle, kind: Kind) -> Work | None:
         return None
     _failures.pop(handle.uid, None)
     task = kind.task_of(item)
-    if task.key == kind.record(item).evaluated:
+    if evaluated.is_made_by(item, kind.record(item), task.key):
         kind.record(item).pending = False
         return None
     return Work(task.key, partial(kind.compute, task), partial(kind.write, item, task))
@@ -139,6 +140,7 @@ def _fail(handle: Handle, kind: Kind, error: Exception) -> None:
         record = kind.record(item)
         record.warnings = _failures[handle.uid] = sentence_for(error)
         record.evaluated, record.pending = record.evaluated and FAILED, False
+        item.update_tag()
 
 
 def raise_failure(item: bpy.types.Object) -> None:

@@ -14,6 +14,7 @@ import bpy
 
 from ..data import index
 from ..data.properties import to_settings
+from ..scene import evaluated
 from ..scene.objects import Handle
 from ..scene.targets import others_of, target_of
 from . import generate, work_queue
@@ -35,7 +36,7 @@ def is_out_of_date(splash: bpy.types.Object) -> bool:
         return True
     if bpy.app.background:  # no timers
         look()
-    return _seen.get(splash.session_uid, record.made_of) != record.made_of
+    return not evaluated.is_made_of(splash, _seen.get(splash.session_uid, record.made_of))
 
 
 def digest_now(splash: bpy.types.Object) -> str:

@@ -7,7 +7,7 @@ merely waits: those come one after another too, but nothing else waits for them.
 A piece of work is read from the scene, computed without bpy, and written. It carries a key of all
 that it was read from. When it is done the scene is read again: the result is written only if the
 key is still the same, else what is wanted now is computed. So undo, redo, copies and edits in
-flight need no tracking. Nothing is written while a render runs.
+flight need no tracking. Nothing is written while a render or a bake runs.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 
 from ...core.progress import silent
+from ..scene import locks
 from . import main_thread
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
@@ -163,8 +164,8 @@ def is_immediate() -> bool:
 
 
 def is_rendering() -> bool:
-    """Whether Blender renders, and may read what would be written."""
-    return bool(bpy.app.is_job_running("RENDER"))
+    """Whether Blender renders or bakes, and may read what would be written."""
+    return locks.is_locked()
 
 
 def put(entry: Entry, first: bool = False) -> Entry:

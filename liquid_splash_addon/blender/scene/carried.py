@@ -71,7 +71,8 @@ class Carried:
 def read(item: bpy.types.Object) -> Carried | None:
     """Read what was added to the mesh of an object; None if there is nothing."""
     data = item.data
-    chosen = [a for a in data.attributes if is_added(a)]
+    ours = data.splash_liquid.attributes.split()
+    chosen = [a for a in data.attributes if is_added(a) and a.name not in ours]
     if not len(data.polygons) or not (chosen or item.vertex_groups):
         return None
     data.calc_loop_triangles()
@@ -225,9 +226,9 @@ def write_group(
 def make_active(data: bpy.types.Mesh, active: dict[str, Any]) -> None:
     """Make those UV layers and colours active that were."""
     layers = data.uv_layers
-    if active["uv"] in layers:
+    if active["uv"] is not None and active["uv"] in layers:
         layers.active = layers[active["uv"]]
-    if active["uv render"] in layers:
+    if active["uv render"] is not None and active["uv render"] in layers:
         layers[active["uv render"]].active_render = True
     if active["colour"] in data.color_attributes:
         data.color_attributes.active_color_name = active["colour"]

@@ -27,11 +27,14 @@ NAME = "Splash Drops"
 MARK = "splash_drops"
 """Custom property by which the node group is found, whatever it is called: its version."""
 
-VERSION = 2
-"""Of the node group; those of version 1 made points alone."""
+VERSION = 3
+"""Of the node group; those of version 1 made points alone, of water up to 2."""
 
 ALL = "All Drops"
 """Input of the modifier: show also the drops that are part of the splash's mesh."""
+
+MATERIAL = "Material"
+"""Input of the modifier: of the points."""
 
 
 def own_points(splash: bpy.types.Object) -> bpy.types.Object | None:
@@ -64,9 +67,25 @@ def ensure(splash: bpy.types.Object) -> None:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
     item.matrix_parent_inverse = Matrix(mesh_space.space_of(splash.data).tolist())
-    item.data.materials.append(water_material())
     item.modifiers.new(NAME, "NODES").node_group = node_group()
     splash.splash_stack.points = item
+    slots = splash.material_slots
+    material = slots[0].material if slots else None
+    give(splash, water_material() if material is None else material)
+
+
+def give(splash: bpy.types.Object, material: bpy.types.Material) -> None:
+    """Give the drops of a splash or a model a material, where they can be changed."""
+    item = own_points(splash)
+    if item is None or not item.is_editable or not item.data.is_editable:
+        return
+    if item.material_slots:
+        item.material_slots[0].material = material
+    else:
+        item.data.materials.append(material)
+    for modifier in item.modifiers:
+        if modifier.type == "NODES" and modifier.node_group and MARK in modifier.node_group:
+            node_groups.set_input(modifier, MATERIAL, material)
 
 
 def write(splash: bpy.types.Object, drops: Drops | None) -> None:
@@ -94,6 +113,8 @@ def node_group() -> bpy.types.NodeTree:
     """Return the node group that turns vertices into points; make it if there is none."""
     found = node_groups.marked(MARK)
     if found is not None:
+        if found[MARK] < VERSION:
+            update_group(found)
         return found
     group = node_groups.new(NAME, {ALL: "NodeSocketBool"})
     group[MARK] = 1
@@ -123,11 +144,18 @@ def add_nodes(group: bpy.types.NodeTree) -> None:
 
 
 def update_group(group: bpy.types.NodeTree) -> None:
+    """Make a group of an older version one of VERSION."""
+    version, group[MARK] = group[MARK], VERSION
+    if version < 2:
+        pass_vertices(group)
+    add_material(group)
+
+
+def pass_vertices(group: bpy.types.NodeTree) -> None:
     """Let the wanted vertices themselves pass beside their points, in a group of version 1.
 
     A group that somebody has rebuilt stays as it is.
     """
-    group[MARK] = VERSION
     nodes, links = group.nodes, group.links
     makers = [node for node in nodes if node.bl_idname == "GeometryNodeMeshToPoints"]
     ends = [node for node in nodes if node.bl_idname == "NodeGroupOutput" and node.is_active_output]
@@ -147,6 +175,24 @@ def update_group(group: bpy.types.NodeTree) -> None:
     links.new(rest.outputs[0], join.inputs[0])
     links.new(points, join.inputs[0])
     links.new(join.outputs[0], ends[0].inputs[0])
+
+
+def add_material(group: bpy.types.NodeTree) -> None:
+    """Let each object choose the material of its points, in a group of version 1 or 2.
+
+    A group that somebody has rebuilt stays as it is; objects keep the material that they had.
+    """
+    makers = [node for node in group.nodes if node.bl_idname == "GeometryNodeSetMaterial"]
+    begins = [node for node in group.nodes if node.bl_idname == "NodeGroupInput"]
+    if len(makers) != 1 or not begins or makers[0].inputs["Material"].is_linked:
+        return
+    material = makers[0].inputs["Material"].default_value
+    group.interface.new_socket(MATERIAL, in_out="INPUT", socket_type="NodeSocketMaterial")
+    group.links.new(begins[0].outputs[MATERIAL], makers[0].inputs["Material"])
+    for item in bpy.data.objects:
+        for modifier in item.modifiers if item.is_editable else ():
+            if modifier.type == "NODES" and modifier.node_group == group:
+                node_groups.set_input(modifier, MATERIAL, material)
 
 
 @bpy.app.handlers.persistent

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -23,6 +24,7 @@ from .raw_strokes import (
     read_attribute,
     to_drawing,
 )
+from .stroke_colours import stroke_colours
 
 
 def read_drawings(
@@ -54,11 +56,13 @@ def read_drawings(
         if layer.use_masks and any(not mask.hide for mask in layer.mask_layers):
             masked.append(layer.name)
         matrix = to_space @ layer_matrix(sketch, layer)
-        for stroke, fault in zip(drawn_strokes(layer), faults_of(owner, layer), strict=True):
+        strokes, colours = drawn_strokes(layer), stroke_colours(owner, layer)
+        for stroke, fault, colour in zip(strokes, faults_of(owner, layer), colours, strict=True):
             if fault:
                 left_out[fault] += 1
             else:
-                drawings.append(flowing(stroke, to_drawing(stroke, matrix)))
+                drawing = flowing(stroke, to_drawing(stroke, matrix))
+                drawings.append(replace(drawing, colour=colour))
     warnings = [LEFT_OUT[reason].format(count) for reason, count in left_out.items()]
     warnings += [f"Layer '{name}' is masked, but its strokes count whole" for name in masked]
     return drawings_with_pressure(drawings), warnings

@@ -13,10 +13,12 @@ import numpy as np
 from ...core.settings import MotionSettings
 from ..data.properties import assign_settings, owner_of, to_settings
 from . import carried, mesh_space, places
+from .liquid_materials import material_of
 from .material import water_material
 
 if TYPE_CHECKING:
     from ...core.mesh.mesh import Mesh
+    from ...core.refinement.shader_attributes import Attributes
 
 
 def write_mesh(data: bpy.types.Mesh, mesh: Mesh, space: np.ndarray | None = None) -> None:
@@ -51,12 +53,14 @@ def replace_mesh(
     mesh: Mesh,
     space: np.ndarray | None = None,
     moved: np.ndarray | None = None,
+    attributes: Attributes | None = None,
 ) -> list[str]:
     """Replace the mesh of a splash or a model, with what an artist had added to the old one.
 
     A mesh that other objects show too, as after Alt D, stays theirs: this one gets its own.
 
-    space : see :func:`write_mesh`; moved : how the liquid moved in drawing space, ``(4, 4)``
+    space : see :func:`write_mesh`; moved : how the liquid moved in drawing space, ``(4, 4)``;
+    attributes : what shaders know of its vertices
     Returns warnings about what could not be carried over.
     """
     if item.data.users - item.data.use_fake_user > 1:
@@ -65,11 +69,25 @@ def replace_mesh(
     space = before if space is None else space
     added = carried.read(item)
     write_mesh(item.data, mesh, space)
+    own = {layer.name for layer in added.layers} if added is not None else set()
+    found = (attributes or {}).items()
+    write_attributes(item.data, {name: values for name, values in found if name not in own})
     if added is None:
         return []
     change = space @ (np.eye(4) if moved is None else moved) @ np.linalg.inv(before)
     carried.write(item, added, change)
     return [f"Attribute '{name}' could not be carried over to the new mesh" for name in added.lost]
+
+
+def write_attributes(data: bpy.types.Mesh, attributes: Attributes) -> None:
+    """Write what shaders know of the vertices, and note what that is."""
+    for name, values in attributes.items():
+        kind = "FLOAT_COLOR" if values.ndim == 2 else "FLOAT"
+        kind = "INT" if values.dtype == np.int32 else kind
+        field, _, number = carried.FIELDS[kind]
+        layer = data.attributes.new(name, kind, "POINT")
+        layer.data.foreach_set(field, np.ascontiguousarray(values, dtype=number).ravel())
+    data.splash_liquid.attributes = " ".join(attributes)
 
 
 def moved_mesh(mesh: Mesh, space: np.ndarray) -> Mesh:
@@ -129,7 +147,7 @@ def new_object(
     """
     name = f"Splash {layer}" if layer else "Splash"
     splash = bpy.data.objects.new(name, bpy.data.meshes.new(name))
-    splash.data.materials.append(water_material())
+    splash.data.materials.append(material_of(context.scene.splash.settings.liquid))
     collection_for(context, sketch).objects.link(splash)
     splash.matrix_world = places.rigid_matrix(sketch)
     splash.splash.sketch, splash.splash.layer = sketch, layer

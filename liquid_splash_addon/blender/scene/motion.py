@@ -17,9 +17,10 @@ from ...core.scale import Scale
 from ...core.settings import MotionSettings
 from ..data import revisions
 from ..data.frame_text import frame_from_text
+from ..data.look import METRES
 from ..data.model import is_model, splashes_in
 from ..data.properties import is_splash, plain, to_settings
-from . import ballistics, drop_points
+from . import ballistics, drop_points, mesh_space
 from .mesh_object import flat
 from .model_parts import place_in
 from .objects import Handle
@@ -91,6 +92,7 @@ def apply(item: bpy.types.Object) -> None:
     time_scale = plain(item.splash_motion.time_scale)
     if any(mover.mode == "EDIT" for mover in movers_of(item)):
         _edited.add(Handle.of(item))
+    mark_metres(item)
     meshes = [mover.data for mover in movers_of(item) if can_follow(mover)]
     for uid in _unslowed.keys() - {mesh.session_uid for mesh in meshes}:
         del _unslowed[uid]
@@ -98,6 +100,19 @@ def apply(item: bpy.types.Object) -> None:
         slow_down(mesh, time_scale)
     if ballistics.modifier_of(item) is not None:
         preview(item)
+
+
+def mark_metres(item: bpy.types.Object) -> None:
+    """Note on a splash or a model and its drops how large they are, for shaders."""
+    scale = real_scale(item)
+    if scale is None:
+        return
+    space = mesh_space.space_of(item.data)
+    size = float(np.cbrt(abs(np.linalg.det(space[:3, :3]))))
+    for mover in movers_of(item):  # drops are in drawing space
+        metres = scale.length / max(size, 1e-12) if mover == item else scale.length
+        if mover.is_editable and abs(mover.get(METRES, 0.0) - metres) > 1e-6 * metres:
+            mover[METRES] = metres
 
 
 def can_follow(mover: bpy.types.Object) -> bool:

@@ -12,9 +12,11 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+import numpy as np
 from mathutils import Matrix
 
 from ...core.playback.files import FILE, RADIUS, VELOCITY
+from ..data.look import METRES
 from . import mesh_space, node_groups
 from .ballistics import Nodes
 from .material import water_material
@@ -78,7 +80,10 @@ def new_object(splash: bpy.types.Object, name: str) -> bpy.types.Object:
     for collection in splash.users_collection:
         collection.objects.link(item)
     item.parent = item.splash.owner = splash
-    item.matrix_parent_inverse = Matrix(mesh_space.space_of(splash.data).tolist())
+    space = mesh_space.space_of(splash.data)
+    item.matrix_parent_inverse = Matrix(space.tolist())
+    if METRES in splash:  # in drawing space, as its frames are
+        item[METRES] = splash[METRES] * float(np.cbrt(abs(np.linalg.det(space[:3, :3]))))
     return item
 
 

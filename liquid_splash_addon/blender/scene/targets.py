@@ -63,6 +63,15 @@ def others_of(splash: bpy.types.Object) -> tuple[bpy.types.Object, ...]:
     return tuple(item for item in found if item is not None and item.users_scene)
 
 
+def lost_objects(
+    splash: bpy.types.Object | None, others: tuple[bpy.types.Object, ...]
+) -> list[str]:
+    """Return a warning if objects were deleted whose strokes belonged to a splash."""
+    known = [] if splash is None else [entry for entry in splash.splash.others if entry.sketch]
+    lost = len(known) - len(others)
+    return [f"{lost} object(s) of the sketch were deleted: made without them"] if lost > 0 else []
+
+
 def selected_sketches(
     context: bpy.types.Context, active: bpy.types.Object
 ) -> tuple[bpy.types.Object, ...]:

@@ -12,6 +12,7 @@ from bpy.props import EnumProperty
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import fault_of
 from ..data.properties import assign_settings, settings_properties, to_settings
+from ..data.start import ABOUT as START
 from ..jobs import dependencies, generate
 from ..jobs.problems import Check
 from ..jobs.work_queue import Work
@@ -71,12 +72,18 @@ class SplashMaker(QueuedOperator):
         target = self.found()
         owner = target.splash if target.splash is not None else bpy.context.scene
         settings = self.chosen_settings(to_settings(owner.splash.settings))
-        request = generate.snapshot(bpy.context, target, settings, self.realign)
+        request = generate.snapshot(
+            bpy.context, target, settings, self.realign, start=self.chosen_start()
+        )
         self._digest = request.digest
         assign_settings(self, settings)
         return Work(
             request.key, partial(generate.compute, request), partial(self.write_result, request)
         )
+
+    def chosen_start(self) -> str:
+        """Return what a new splash starts with; empty for what its scene says."""
+        return ""
 
     def found(self) -> targets.Target:
         """Find sketch and splash again. Raises SceneError if one was deleted meanwhile."""
@@ -114,6 +121,17 @@ class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
     bl_idname = "splash.generate"
     bl_label = "Generate Splash"
     needs_splash = False
+    __annotations__ = {"start": EnumProperty(options={"SKIP_SAVE"}, **START)}
+
+    def begin(self, context: bpy.types.Context) -> None:
+        """Take note of what a new splash starts with, too."""
+        super().begin(context)
+        if not self.properties.is_property_set("start"):
+            self.start = context.scene.splash.start
+
+    def chosen_start(self) -> str:
+        """Return what was given, or what the scene says."""
+        return str(self.start)
 
 
 class SPLASH_OT_regenerate(SplashMaker, bpy.types.Operator):

@@ -64,8 +64,10 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
             main.progress(factor=entry.fraction, text=f"{entry.line} (Esc to stop)")
-        draw_live(layout, context)
         splash = shown_splash(context)
+        if splash is None:
+            layout.prop(context.scene.splash, "start")
+        draw_live(layout, context)
         row = layout.row(align=True)
         button = row.row(align=True)
         is_stale = splash is not None and staleness.is_out_of_date(splash)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from ..mesh.mesh import Mesh
 from ..obstacles.obstacles import Obstacle, free_share, outside_obstacles
 from ..refinement.drop_meshes import DropCloud
+from ..refinement.shader_attributes import Attributes, shader_attributes
 from ..refinement.sheet_mesh import SheetMesh, prepare_sheets
 from ..sketch.local_frame import Frame
 from ..sketch.strokes import Stroke
@@ -47,8 +48,7 @@ class JointSheets:
             there = scale.lengths_to_drawing(points)
             return free_share(there, self.obstacles, self.finest.cell, self.offset)
 
-        strokes = list(self._placed_strokes())
-        return prepare_sheets(metres, cell, strokes, free if self.obstacles else None)
+        return prepare_sheets(metres, cell, self.placed_strokes, free if self.obstacles else None)
 
     def in_drawing(self, mesh: Mesh) -> Mesh:
         """Return a mesh in metres in drawing units."""
@@ -75,12 +75,24 @@ class JointSheets:
             cloud.meshed,
         )
 
-    def _placed_strokes(self) -> Iterator[Stroke]:
-        """Yield all strokes in the metres of the finest part."""
+    def attributes(
+        self, mesh: Mesh, half: np.ndarray | None, colours: np.ndarray | None
+    ) -> Attributes:
+        """Return what shaders know of a mesh in drawing units, see ``shader_attributes``."""
+        scale, cell = self.finest.frame.scale, self.finest.liquid.grid.spacing
+        points = scale.lengths_to_local(mesh.vertices).astype(np.float32)
+        metres = replace(mesh, vertices=points)
+        return shader_attributes(metres, cell, self.placed_strokes, half, colours)
+
+    @property
+    def placed_strokes(self) -> list[Stroke]:
+        """All strokes in the metres of the finest part."""
         scale = self.finest.frame.scale
-        for frame, strokes in self.strokes:
-            for stroke in strokes:
-                yield Stroke(
-                    scale.lengths_to_local(frame.points_to_drawing(stroke.points)),
-                    scale.velocities_to_local(frame.vectors_to_drawing(stroke.velocities)),
-                )
+        return [
+            Stroke(
+                scale.lengths_to_local(frame.points_to_drawing(stroke.points)),
+                scale.velocities_to_local(frame.vectors_to_drawing(stroke.velocities)),
+            )
+            for frame, strokes in self.strokes
+            for stroke in strokes
+        ]

@@ -15,6 +15,7 @@ from ..obstacles.obstacles import Obstacle, digest, outside_obstacles
 from ..progress import Report, silent
 from ..refinement.drop_meshes import DropCloud
 from ..refinement.settings import RefinementSettings, SheetSettings, WaveSettings
+from ..refinement.shader_attributes import Attributes, carried_room
 from ..refinement.sheet_mesh import EDGE, SheetMesh
 from ..refinement.sheets import Sheeted, add_sheets
 from ..refinement.stack import Refiner
@@ -41,12 +42,14 @@ class Part:
     placed : the liquid without its drops
     cloud : the drops that fly free of it, local metres
     strokes : what it was made of, local metres and m/s
+    colours : float32 ``(strokes, 4)``, what they are to colour; None for none
     """
 
     name: Hashable
     placed: Placed
     cloud: DropCloud
     strokes: Sequence[Stroke] = ()
+    colours: np.ndarray | None = None
 
 
 def refined_part(
@@ -67,11 +70,13 @@ class Composed:
     mesh : the surface, free drops included
     drops : those that fly free
     warnings : sentences for the user
+    attributes : of the mesh's vertices, at real size, where they were asked for
     """
 
     mesh: Mesh
     drops: Drops
     warnings: list[str] = field(default_factory=list)
+    attributes: Attributes | None = None
 
 
 def copies(parts: Sequence[Part], settings: ModelSettings) -> list[Part]:
@@ -108,13 +113,15 @@ class Composer:
         offset: float = 0.0,
         report: Report | None = None,
         sheets: SheetSettings | None = None,
+        attributes: bool = False,
     ) -> Composed:
         """Return the finished model.
 
-        sheets, waves : on the joint surface, in metres of the finest part. obstacles : in drawing
-        units, carved out of the joint liquid with ``offset`` cells of air around them. Raises
-        CompositionError (no part, no liquid, too much memory), ObstacleError if obstacles leave
-        no liquid, and whatever ``report`` raises.
+        attributes : whether shaders are to know of its vertices; sheets, waves : on the joint
+        surface, in metres of the finest part; obstacles : in drawing units, carved out of the
+        joint liquid with ``offset`` cells of air around them. Raises CompositionError (no part, no
+        liquid, too much memory), ObstacleError if obstacles leave no liquid, and whatever
+        ``report`` raises.
         """
         report = report or silent
         everyone = copies(parts, settings)
@@ -124,14 +131,15 @@ class Composer:
         around = (shape, digest(obstacles), offset)
         blocks, mesh = self._surface(around, blocks, obstacles, offset)
         warnings = [obstacle.warning for obstacle in obstacles if obstacle.warning]
-        room, shed = None, DropCloud.empty()
+        room, films, shed = None, None, DropCloud.empty()
+        joint = JointSheets(
+            finest(parts), [(part.placed.frame, part.strokes) for part in everyone],
+            obstacles, offset,
+        )  # fmt: skip
         if sheets is not None and len(mesh.faces):
             report(sheets.label, 0.75)
-            joint = JointSheets(
-                finest(parts), [(part.placed.frame, part.strokes) for part in everyone],
-                obstacles, offset,
-            )  # fmt: skip
             mesh, made = self._sheeted(around, mesh, joint, sheets)
+            films = mesh, made.room
             room, shed = made.room, joint.outside(made.cloud)
             warnings += made.warnings
         if waves is not None and len(mesh.faces):
@@ -146,13 +154,18 @@ class Composer:
             drops = Drops(
                 *(np.concatenate([a, b[shed_too]]) for a, b in zip(drops, fresh, strict=True))
             )
+        half = None if films is None else carried_room(*films, mesh, shed.radii[:0])
         mesh = mesh.joined(balls)
         if obstacles:
             cell = blocks.grid.spacing
             vertices = push_out(mesh.vertices, mesh.faces, obstacles, cell, offset)
             mesh = replace(mesh, vertices=vertices)
+        found = None
+        if attributes:
+            report("Attributes", 0.95)
+            found = joint.attributes(mesh, half, colours_of(everyone))
         report("Done", 1.0)
-        return Composed(mesh, drops, warnings)
+        return Composed(mesh, drops, warnings, found)
 
     def liquid(
         self,
@@ -226,6 +239,15 @@ def shape_key(parts: Sequence[Part], settings: ModelSettings) -> Hashable:
 def finest(parts: Sequence[Part]) -> Placed:
     """Return the part with the smallest cells in the drawing, which are also the model's."""
     return min((part.placed for part in parts), key=lambda placed: placed.cell)
+
+
+def colours_of(parts: Sequence[Part]) -> np.ndarray | None:
+    """Return the colours of all parts' strokes, ``(strokes, 4)``; None if none has any."""
+    if all(part.colours is None for part in parts):
+        return None
+    return np.concatenate(
+        [np.zeros((len(p.strokes), 4)) if p.colours is None else p.colours for p in parts]
+    )
 
 
 def place_of(frame: Frame) -> Hashable:

@@ -12,6 +12,7 @@ from .edge_smoothing import smoothed_edges
 from .fields import Fields
 from .level_set import LevelSet, with_level
 from .stroke_reach import within_reach
+from .viscosity import for_breakup
 
 
 def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
@@ -23,7 +24,7 @@ def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) 
         fields,
         smoothed_edges,
         lambda liquid: within_reach(liquid, strokes, settings.reach),
-        lambda liquid: broken_up(liquid, strokes, settings),
+        lambda liquid: broken_up(liquid, strokes, for_breakup(settings)),
     )
 
 

@@ -25,7 +25,7 @@ class Preset(NamedTuple):
 
 PRESETS: dict[str, Preset] = {
     "FRESH": Preset(
-        "Fresh",
+        "Fresh Water",
         "Thin films with rims, some drops and fine waves",
         (DropletSettings(), SheetSettings(), WaveSettings()),
     ),
@@ -58,3 +58,12 @@ PRESETS: dict[str, Preset] = {
     ),
 }
 """All presets by identifier."""
+
+BARE = "BARE"
+"""Identifies the choice of no refinements at all: what the generator answers."""
+
+STARTS: dict[str, Preset] = {
+    **PRESETS,
+    BARE: Preset("Bare Liquid", "No refinements: the liquid as the generator makes it", ()),
+}
+"""Lists that new splashes can start with by identifier; the first one unless another is chosen."""

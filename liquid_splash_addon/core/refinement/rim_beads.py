@@ -9,9 +9,6 @@ from ..compiling import njit
 from .settings import SheetSettings
 from .sheet_mesh import SheetMesh
 
-BEAD_SPACING = 9.0
-"""Distance of beads over the radius of their rim."""
-
 IRREGULAR = 0.15
 """Share by which distances differ."""
 
@@ -29,22 +26,24 @@ def bead_swelling(
 
     rim : radius at each vertex, m; away : see :func:`beads`.
     """
-    phase = away / np.maximum(BEAD_SPACING * BEAD_WIDTH * rim, 1e-9)
+    phase = away / np.maximum(settings.spacing * BEAD_WIDTH * rim, 1e-9)
     bell = np.exp(-0.5 * phase**2)
     on_rim = 1 + settings.beads * ((1 + NARROW) * bell - NARROW)
     return np.where(prepared.rim >= 0, on_rim[prepared.rim], 1).astype(np.float32)
 
 
-def beads(prepared: SheetMesh, rim: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def beads(
+    prepared: SheetMesh, rim: np.ndarray, settings: SheetSettings
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the vertices in the middles of beads, and the way along the rim to the nearest, m.
 
     Beads are set out from a random place of each rim, each at its distance from those before; the
     way ``(n,)`` is infinite off the rims.
     """
     on_rim = prepared.rim == np.arange(len(rim))
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(settings.seed)
     pace = rng.uniform(1 - IRREGULAR, 1 + IRREGULAR, len(rim)).astype(np.float32)
-    apart = np.float32(BEAD_SPACING) * rim * pace
+    apart = np.float32(settings.spacing) * rim * pace
     order = rng.permutation(np.flatnonzero(on_rim)).astype(np.int32)
     return _set_out(
         prepared.faired, prepared.first, prepared.near, on_rim, (prepared.share > 0.5), order, apart

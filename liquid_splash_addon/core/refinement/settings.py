@@ -174,6 +174,12 @@ class SheetSettings(RefinementSettings):
         0.4, "Beads", "How much rims swell and narrow, with a wavelength of nine radii",
         low=0.0, high=1.0,
     )  # fmt: skip
+    spacing: float = setting(
+        9.0, "Spacing",
+        "Distance of beads over the radius of their rim: 9 in water (Rayleigh-Plateau), more in "
+        "viscous liquids",
+        low=4.0, high=100.0, soft=30.0,
+    )  # fmt: skip
     fingers: float = setting(
         0.5, "Fingers", "Length of the fingers that grow from beads along the outward flow",
         low=0.0, high=2.0, soft=1.0,

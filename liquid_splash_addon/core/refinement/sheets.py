@@ -102,7 +102,7 @@ def add_sheets(
         return Sheeted(mesh, none, DropCloud.empty(), none.astype(np.int32), none, none, 0.0)
     film, warnings = film_thickness(prepared, settings)
     rim = rim_radius(prepared, settings, film)
-    found, away = beads(prepared, rim, settings.seed)
+    found, away = beads(prepared, rim, settings)
     half = half_thickness(prepared, film, rim, bead_swelling(prepared, rim, away, settings))
     middle = prepared.middle + np.float32(settings.fairing) * (prepared.faired - prepared.middle)
     there = middle + half[:, None] * prepared.away

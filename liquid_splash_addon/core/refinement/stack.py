@@ -30,6 +30,7 @@ from .settings import (
     SheetSettings,
     WaveSettings,
 )
+from .shader_attributes import Attributes, Look, carried_room, shader_attributes
 from .sheet_mesh import EDGE, SheetMesh, prepare_sheets
 from .sheets import Sheeted, add_sheets, last_sheets, repeated_sheets
 from .stored_splash import Applied, Flowed
@@ -59,12 +60,14 @@ class Refined:
     cloud : the drops that fly free
     gained : volume that each step added, over that of the unrefined splash
     warnings : sentences for the user
+    attributes : of the mesh's vertices, where they were asked for
     """
 
     mesh: Mesh
     cloud: DropCloud
     gained: list[float] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    attributes: Attributes | None = None
 
 
 def liquid_steps(steps: Sequence[RefinementSettings]) -> Steps:
@@ -121,8 +124,15 @@ class Refiner:
         self._meshes: dict[Steps, Mesh] = {}
         self._ready: tuple[tuple[Any, ...], WaveMesh] | None = None
 
-    def refine(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Refined:
+    def refine(
+        self,
+        steps: Sequence[RefinementSettings],
+        report: Report | None = None,
+        look: Look | None = None,
+    ) -> Refined:
         """Return the splash after ``steps``; without any, its bare surface.
+
+        look : what shaders are to know of its vertices.
 
         Obstacles are carved out after droplets and ruptures. Sheets and waves follow, and vertices
         that they move into an obstacle are pushed out again. Raises ObstacleError if no liquid is
@@ -138,11 +148,12 @@ class Refiner:
         mesh = self._surface(details[-1].liquid, solid)
         gained = [detail.gained / max(self.base.liquid.volume, 1e-9) for detail in details[1:]]
         warnings = [warning for detail in details for warning in detail.warnings]
-        cloud, room = self._free(details), None
+        cloud, room, films = self._free(details), None, None
         if sheets is not None:
             report(sheets.label, (len(solid) + 1) / count)
             sheeted = self._sheeted(mesh, sheets, solid, details[-1].liquid, cloud)
             mesh, room = sheeted.mesh, sheeted.room
+            films = mesh, room
             cloud = cloud.joined(self._outside(sheeted.cloud))
             gained.append(sheeted.volume_change)
             warnings += [*sheeted.warnings, *repeated_sheets(steps)]
@@ -153,9 +164,15 @@ class Refiner:
             room = None
             gained.append(change)
             warnings += said
+        half = None if films is None else carried_room(*films, mesh, cloud.radii[cloud.owner])
         mesh = self._pushed_out(mesh.joined(cloud.mesh))
         warnings += [obstacle.warning for obstacle in self.obstacles if obstacle.warning]
-        return Refined(mesh, cloud, gained, warnings)
+        attributes = None
+        if look is not None:
+            report("Attributes", 1.0)
+            cell = self.base.liquid.grid.spacing
+            attributes = shader_attributes(mesh, cell, self.strokes, half, look.colours)
+        return Refined(mesh, cloud, gained, warnings, attributes)
 
     def liquid(self, steps: Sequence[RefinementSettings], report: Report | None = None) -> Detail:
         """Return what :meth:`refine` makes its mesh from: the liquid without waves, and the drops.

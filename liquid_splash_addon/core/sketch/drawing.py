@@ -31,6 +31,7 @@ class Drawing:
     pressures : float ``(n,)`` in 0..1, or None
     speeds : float ``(n,)``, the hand's speed where it was stored, units per second, or None
     factors : float ``(n,)`` on the speed, wherever that comes from, see :mod:`.flow`, or None
+    colour : linear red, green and blue that it was drawn in, or None
     """
 
     points: np.ndarray
@@ -38,6 +39,7 @@ class Drawing:
     pressures: np.ndarray | None = None
     speeds: np.ndarray | None = None
     factors: np.ndarray | None = None
+    colour: tuple[float, float, float] | None = None
 
     @property
     def is_timed(self) -> bool:
@@ -189,6 +191,7 @@ def backward(drawing: Drawing) -> Drawing:
         turned(drawing.pressures),
         turned(drawing.speeds),
         turned(drawing.factors),
+        drawing.colour,
     )
 
 

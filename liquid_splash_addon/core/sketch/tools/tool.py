@@ -90,7 +90,8 @@ def sampled_at(drawing: Drawing, places: np.ndarray) -> Drawing:
         return None if values is None else np.interp(places, numbers, values)
 
     points = np.stack([np.interp(places, numbers, axis) for axis in drawing.points.T], axis=1)
-    return Drawing(points, *map(column, (drawing.times, drawing.pressures, drawing.speeds)))
+    times, pressures, speeds = map(column, (drawing.times, drawing.pressures, drawing.speeds))
+    return Drawing(points, times, pressures, speeds)
 
 
 def places_along(points: np.ndarray, shares: np.ndarray) -> np.ndarray:
