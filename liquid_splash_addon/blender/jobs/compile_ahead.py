@@ -134,6 +134,15 @@ def wait_for(stage: str, report: Report) -> Report:
     return part_of(report, WAITED, 1.0) if has_waited else report
 
 
+def started(is_refined: bool, report: Report) -> Report:
+    """Import PyTorch, and wait for the code that a splash needs, see :func:`wait_for`."""
+    from ...core.generator.loading import load_torch
+
+    report("Starting PyTorch", 0.0)
+    load_torch()
+    return wait_for(compiled_code.REFINED if is_refined else compiled_code.FIRST, report)
+
+
 def running() -> Ahead | None:
     """Return the process; None if it does not run."""
     return _ahead if _ahead is not None and not _ahead.is_done else None

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import bpy
 import numpy as np
 
-from ...core.compiled_code import FIRST, REFINED
 from ...core.refinement.viscous import for_liquid
 from ...core.settings import SplashSettings
 from ...core.sketch.drawing import Drawing, drawing_scale, strokes_from_drawings, usable_drawings
@@ -236,15 +235,12 @@ def check(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
-    from ...core.generator.loading import load_torch
     from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
     start = time.perf_counter()
     settings = request.settings
-    report("Starting PyTorch", 0.0)
-    load_torch()  # while code is compiled, if it is
-    report = compile_ahead.wait_for(REFINED if request.refinements else FIRST, report)
+    report = compile_ahead.started(bool(request.refinements), report)
     report("Reading the strokes", 0.0)
     frame = stored_frame(request)
     strokes, stroke_warnings = strokes_from_drawings(
