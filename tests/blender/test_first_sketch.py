@@ -11,7 +11,7 @@ from tests.blender.test_window import (
     screen,  # noqa: F401 (a fixture)
 )
 
-pytestmark = needs_window
+pytestmark = [pytest.mark.slow, needs_window]
 SCRIPT = Path(__file__).with_name("first_sketch_window.py")
 
 
