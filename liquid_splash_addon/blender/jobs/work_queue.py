@@ -255,10 +255,19 @@ def tick() -> float | None:
         entry = lane.running
         if entry is not None and entry.is_ready and not entry.collected:
             _end(lane, entry)
-        while lane.running is None and lane.waiting:
-            _begin(lane, lane.waiting.pop(0))
+    begin()
     is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
     return TICK if is_busy else None
+
+
+def begin() -> None:
+    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way."""
+    for lane in _lanes:
+        entry = lane.running
+        if entry is not None and entry.is_stopping and entry.is_ready and not entry.collected:
+            lane.running = None
+        while lane.running is None and lane.waiting:
+            _begin(lane, lane.waiting.pop(0))
 
 
 def _end(lane: Lane, entry: Entry) -> None:
