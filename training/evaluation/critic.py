@@ -204,7 +204,7 @@ def train(
         truth = torch.from_numpy(labels[chosen].astype(np.float32))
         loss = nn.functional.binary_cross_entropy_with_logits(logits, truth)
         optimiser.zero_grad()
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
         steps, seconds = steps + 1, seconds + time.monotonic() - begun
         is_last = steps == most if most else seconds >= 60 * minutes
