@@ -2,7 +2,7 @@
 """Do what docs/start.md says, in the scene that Blender starts with, and render the picture there.
 
     python scripts/make_start.py --out docs/images/start.png
-    python scripts/make_start.py --file FOLDER/first_flat.blend --out docs/images/first_flat.png
+    python scripts/make_start.py --file FOLDER/first_flat.blend --out first_flat.png
 
 Only drawing is left to code: the preset crown. A file has a splash already: the one that is drawn
 with the mouse by ``tests/blender/flat_sketch_window.py``.
