@@ -16,13 +16,19 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo animations test test-plain test-bpy test-bpy-next test-blender test-slow bench bench-page lint blender build zip repo lock licences docs release clean
+.PHONY: help demo gallery assets animations test test-plain test-bpy test-bpy-next test-blender test-slow coverage bench bench-page messages lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
 
 demo: $(INSTALLED) ## sketch -> splash in Blender: out/demo.blend and out/demo.png
 	$(VENV_PYTHON) scripts/make_demo.py --out out
+
+gallery: $(INSTALLED) ## render the pictures of docs/gallery.md anew: half an hour
+	$(VENV_PYTHON) scripts/make_gallery.py --out docs/images/gallery
+
+assets: $(INSTALLED) ## the preset sketches and liquids as an asset library: out/assets
+	$(VENV_PYTHON) scripts/make_assets.py --out out/assets
 
 animations: $(INSTALLED) ## simulate and render the animations of docs/animation.md: half an hour
 	$(VENV_PYTHON) scripts/animate.py crown letter_s --out docs/images --cache out/animation
@@ -42,8 +48,16 @@ test-bpy-next: $(INSTALLED) ## the tests about Blender under the module of the n
 test-blender: $(INSTALLED) ## the tests in a real Blender: BLENDER, or the provisioned one
 	tests/every_way.sh --only blender $(TEST_ARGS)
 
+coverage: $(INSTALLED) ## how much of the code the tests run, in plain Python and under the bpy module
+	$(VENV_PYTHON) -m coverage erase
+	LIQUID_SPLASH_NO_BPY=1 $(VENV_PYTHON) -m coverage run tests/run.py $(TEST_ARGS)
+	$(VENV_PYTHON) -m coverage run tests/run.py $(TEST_ARGS)
+	$(VENV_PYTHON) -m coverage combine
+	$(VENV_PYTHON) -m coverage report --include="liquid_splash_addon/core/*,training/*" --fail-under=90
+	$(VENV_PYTHON) -m coverage report --include="liquid_splash_addon/blender/*" --fail-under=85
+
 test-slow: lint ## the tests that `make test` has no time for
-	tests/every_way.sh -m slow $(TEST_ARGS)
+	tests/every_way.sh --slow $(TEST_ARGS)
 
 bench: $(INSTALLED) ## benchmarks: out/bench.json
 	$(VENV_PYTHON) -m tests.benchmarks.bench --out out/bench.json
@@ -74,6 +88,9 @@ lock: $(INSTALLED) ## list the wheels of the zips anew, with their hashes
 
 licences: $(INSTALLED) ## the table of docs/licences.md: what the zips contain, and its licences
 	$(VENV_PYTHON) -m scripts.extension.notices
+
+messages: $(INSTALLED) ## the list of docs/messages.md anew: what the add-on says, from its sources
+	$(VENV_PYTHON) -m scripts.messages
 
 docs: $(DOCS_PYTHON) ## the documentation as a site: out/site; a warning or broken link fails
 	NO_MKDOCS_2_WARNING=1 $(DOCS_PYTHON) -m mkdocs build --strict

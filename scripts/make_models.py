@@ -20,6 +20,7 @@ import make_demo as demo
 import numpy as np
 import scene as table
 from figurine import add_dancer
+from materials import pour
 from mathutils import Vector
 from PIL import Image
 
@@ -37,18 +38,6 @@ BODY = (
     ((0.2, 0.0, 0.68), LEANING, {"length": 0.8, "height": 0.12, "thickness": 0.06}),
 )
 """Place, turn and shape of the streamlets that are a butterfly's body and antenna."""
-
-INK = {"Base Color": (0.12, 0.42, 1.0, 1.0)}
-WINE = {"Base Color": (0.85, 0.08, 0.12, 1.0)}
-ROSE = {"Base Color": (1.0, 0.6, 0.5, 1.0)}
-MILK = {
-    "Base Color": (0.8, 0.78, 0.74, 1.0),
-    "Roughness": 0.18,
-    "Transmission Weight": 0.0,
-    "Subsurface Weight": 0.2,
-    "Subsurface Scale": 0.05,
-}
-"""Inputs of the splash's material that make it another liquid than water."""
 
 KNEES = -1.3
 """Height below which the dancer is not to be seen."""
@@ -94,7 +83,7 @@ def butterfly(options: argparse.Namespace) -> Shots:
     refine(model)
     # Ripples all over the wings: flat water shows little.
     model.splash_model.waves.reach = 0.3
-    retune(model, INK)
+    pour(model, "ink")
     settings = model.splash_model.settings
     settings.blend = 5.0
     settings.mirror_x = True
@@ -109,14 +98,14 @@ def heart(options: argparse.Namespace) -> Shots:
     """Pour a streamlet of wine into a heart of wine."""
     add_sketch("HEART", asymmetry=0.1, pour=1.4, thickness=0.22)
     model = generate_layers()
-    retune(model, WINE)
+    pour(model, "wine")
     model.splash_model.settings.blend = 5.0
     set_table(model, options, FRONT, margin=0.15, glow=table.WARM)
     splashes = [part.splash for part in model.splash_model.parts]
     # Of another colour at first, so that one sees where it ends in the heart.
     streamlet = splashes[1].data.materials
     streamlet[0] = streamlet[0].copy()
-    retune(splashes[1], ROSE)
+    pour(splashes[1], "rose")
     show_only(splashes, [model])
     yield "heart and streamlet: a splash each"
     show_only([model], splashes)
@@ -132,7 +121,7 @@ def skirt(options: argparse.Namespace) -> Shots:
     sketch = add_sketch("SKIRT", (0.0, 0.0, 0.2), asymmetry=0.3, width=2.6, height=1.1)
     splash = generate()
     bpy.ops.splash.refinement_preset(preset="MILK")
-    retune(splash, MILK)
+    pour(splash, "milk")
     joints = table.world_points(dancer)
     around = np.concatenate([table.world_points(splash), joints[joints[:, 2] > KNEES]])
     demo.set_table(around, options.samples, options.size, margin=0.15)
@@ -230,14 +219,6 @@ def dress(splash: bpy.types.Object, figures: bpy.types.Collection | None) -> Non
     splash.splash_obstacles.collection = figures
     bpy.context.view_layer.objects.active = splash
     bpy.ops.splash.regenerate()
-
-
-def retune(item: bpy.types.Object, inputs: dict[str, Any]) -> None:
-    """Change inputs of an object's material."""
-    nodes = item.data.materials[0].node_tree.nodes
-    shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
-    for name, value in inputs.items():
-        shader.inputs[name].default_value = value
 
 
 def set_table(

@@ -2,8 +2,10 @@
 """Do what docs/start.md says, in the scene that Blender starts with, and render the picture there.
 
     python scripts/make_start.py --out docs/images/start.png
+    python scripts/make_start.py --file FOLDER/first_flat.blend --out docs/images/first_flat.png
 
-Only drawing is left to code: the preset crown.
+Only drawing is left to code: the preset crown. A file has a splash already: the one that is drawn
+with the mouse by ``tests/blender/flat_sketch_window.py``.
 """
 
 from __future__ import annotations
@@ -32,9 +34,24 @@ def make_splash() -> None:
         item.select_set(item == splash)
 
 
-def look_from_the_side() -> None:
-    """Turn the camera as one turns a view: nearly level, all of the splash in it."""
-    bpy.context.scene.camera.rotation_euler = (1.38, 0.0, 0.8)
+def open_splash(path: Path) -> None:
+    """Open a file with a splash, hide its sketch and select the splash."""
+    bpy.ops.wm.open_mainfile(filepath=str(path.resolve()))
+    scene = bpy.context.scene
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        scene.collection.objects.link(scene.camera)
+    for item in scene.objects:
+        item.hide_render = item.type == "GREASEPENCIL"
+        item.select_set(item.type == "MESH")
+
+
+def look_from_the_side(turn: float) -> None:
+    """Turn the camera as one turns a view: nearly level, all of the splash in it.
+
+    turn : about the vertical, from the front, radians
+    """
+    bpy.context.scene.camera.rotation_euler = (1.38, 0.0, turn)
     bpy.context.view_layer.update()
     bpy.ops.view3d.camera_to_view_selected()
 
@@ -63,13 +80,17 @@ def main() -> None:
     """Do the steps of the page, one after another."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/start.png"))
-    out = parser.parse_args().out
+    parser.add_argument("--file", type=Path, help="with a splash in it, instead of making one")
+    options = parser.parse_args()
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     liquid_splash_addon.register()
-    make_splash()
-    look_from_the_side()
+    if options.file is None:
+        make_splash()
+    else:
+        open_splash(options.file)
+    look_from_the_side(0.8 if options.file is None else 0.5)
     light_with_a_sky(bpy.context.scene.world)
-    render(out)
+    render(options.out)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,10 @@
 # Run the tests in plain Python, under Blender's Python module (4.5; what is about Blender under 5.0's too) and in a
 # real Blender: the one that BLENDER names, or the provisioned one.
 #
-#     tests/every_way.sh [--only plain|bpy|bpy-next|blender] [options for pytest]
+#     tests/every_way.sh [--slow] [--only plain|bpy|bpy-next|blender] [options for pytest]
 #
+# Tests marked "once" do not depend on Blender's version: 4.5's module runs them, the others with --slow, which runs
+# the tests marked "slow". An -m of one's own takes the place of both.
 # Plain Python and the module of 5.0 have a core of their own beside the other ways; their output comes last.
 # A way that cannot be had here is skipped with a line that says why; asked for by --only, it is a failure.
 set -euo pipefail
@@ -16,6 +18,13 @@ only=
 said=$(mktemp -d)
 beside=
 trap '[ -z "$beside" ] || kill -- "-$beside" 2>/dev/null; rm -rf "$said"' EXIT
+any=(-m "not slow")
+others=(-m "not slow and not once")
+if [ "${1:-}" = --slow ]; then
+    any=(-m slow)
+    others=(-m "slow or once")
+    shift
+fi
 if [ "${1:-}" = --only ]; then
     only=${2:-}
     [[ $only =~ ^(plain|bpy|bpy-next|blender)$ ]] || { echo "No such way to run the tests: '$only'" >&2; exit 2; }
@@ -24,7 +33,7 @@ fi
 chosen=$#
 blender=${BLENDER:-}
 export OMP_WAIT_POLICY=PASSIVE
-plain=(env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py)
+plain=(env LIQUID_SPLASH_NO_BPY=1 "$python" tests/run.py "${any[@]}")
 
 wanted() {
     [ -z "$only" ] || [ "$only" = "$1" ]
@@ -70,9 +79,7 @@ find_next_module() {
 }
 
 in_next_module() {
-    # What the bundled weights give does not depend on Blender, and takes long.
-    env PYTHONPATH="$next_folder" "$python" tests/run.py \
-        tests/blender --ignore tests/blender/test_real_weights.py "$@"
+    env PYTHONPATH="$next_folder" "$python" tests/run.py "${others[@]}" tests/blender "$@"
 }
 
 begin() {
@@ -104,8 +111,8 @@ else
     beside=$!
     set +m
 fi
-! wanted bpy || run "bpy" "$python" tests/run.py "$@"
-! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "$@"
+! wanted bpy || run "bpy" "$python" tests/run.py "${any[@]}" "$@"
+! wanted blender || [ -z "$blender" ] || run "Blender" "$blender" -b --factory-startup --python tests/run.py -- "${others[@]}" "$@"
 if [ -z "$only" ]; then
     wait "$beside"
     beside=

@@ -21,6 +21,7 @@ COMMANDS = {
     "evaluate": ("evaluation.evaluate", "accuracy on scenes never trained on, beside baselines"),
     "curves": ("evaluation.curves", "accuracy of several runs against time"),
     "ceiling": ("evaluation.ceiling", "how alike twins of a scene are"),
+    "critic": ("evaluation.critic", "how well a network tells answers from simulated surfaces"),
     "claims": ("evaluation.claims", "what the paper's figures claim, measured on the weights"),
     "displaced": ("research.displaced", "how exactly liquid must be placed for an IoU"),
     "error-analysis": ("research.error_analysis", "where answers miss the truth"),

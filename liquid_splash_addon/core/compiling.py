@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from .packages import load
 
 numba = load("numba")
 
+from numba.core import event  # noqa: E402 (only where numba loads)
 from numba.core.caching import FunctionCache  # noqa: E402 (only where numba loads)
 from numba.core.sigutils import normalize_signature  # noqa: E402
 
@@ -51,6 +53,28 @@ class KeptCode(FunctionCache):
             self.flush()
         except OSError as error:
             compiled_code.explain(f"Compiled code cannot be kept ({error.strerror})")
+
+
+class Told(event.Listener):
+    """Calls a function at the end of every compilation."""
+
+    def __init__(self, call: Callable[[], None]) -> None:
+        """Take the function."""
+        self.call = call
+
+    def on_start(self, event: Any) -> None:
+        """Do nothing yet."""
+
+    def on_end(self, event: Any) -> None:
+        """Call it."""
+        self.call()
+
+
+@contextmanager
+def while_compiling(call: Callable[[], None]) -> Iterator[None]:
+    """Call a function, which must not raise, at the end of every compilation in the block."""
+    with event.install_listener("numba:compile", Told(call)):
+        yield
 
 
 def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:

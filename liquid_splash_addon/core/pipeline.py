@@ -194,6 +194,6 @@ def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:
     if speed <= fastest:
         return []
     return [
-        f"Strokes reach {speed:.1f} m/s, the generator knows speeds up to {fastest:.1f} m/s: "
-        "faster parts are treated as that. Fit Speed lowers Speed Gain to suit"
+        f"Strokes reach {speed:.1f} m/s, the generator knows speeds up to {fastest:.1f} m/s. "
+        "Fit Speed lowers Speed Gain to suit"
     ]

@@ -7,15 +7,20 @@ of real splashes finds all of them.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .animation.solver_start import SolverStart
+from .compiled_code import FIRST, REACHED, REFINED
+from .compiling import while_compiling
 from .composition.model import Composer, refined_part
 from .generator.loading import load_generator, load_torch
+from .liquid.fields import AIR, Fields, clip_to_band
 from .liquid.level_set import LevelSet
 from .mantaflow.domain import Domain, bounds
 from .mantaflow.first_frame import first_frame
@@ -39,12 +44,17 @@ from .sketch.presets import example_sketch
 
 if TYPE_CHECKING:
     from .generator.generator import Generator
+    from .grid import Grid
     from .pipeline import Splash
+    from .sketch.strokes import Stroke
 
 # Graphics cards run no compiled loops: what they leave out is the only difference.
 DRAFT = SplashSettings(resolution="64", device="CPU")
 FULL = replace(DRAFT, resolution="128")
 UNUSUAL = replace(DRAFT, variation=0.5, reach=0.05, breakup=4.0, divergence_free=True)
+
+STEP = 0.01
+"""Part of what is left of a stage that a function stands for: a stage has tens to hundreds."""
 
 SLOWEST = 3.0
 """Times that a number format may take of 32 bits': a processor without bfloat16 takes minutes."""
@@ -64,34 +74,48 @@ class Rehearsal:
 
     generator: Generator
     splash: Splash
+    stored: StoredSplash
 
     def __init__(self) -> None:
         """Take the strokes."""
         self.strokes, _ = strokes_from_drawings(example_sketch("crown"), DRAFT)
 
-    def drafts(self, report: Report) -> None:
-        """Make a draft in every number format that is of use here: the user may choose any."""
-        names = useful_precisions()
+    def draft(self, report: Report) -> None:
+        """Make a draft in the fastest number format, as a first splash is made, and store it."""
+        load_torch()
+        from .generator.precision import known_fastest
+
+        self.generator = load_generator(None, "CPU", known_fastest("cpu"))
+        self.splash = make_splash(self.strokes, DRAFT, self.generator, report=report)
+        StoredSplash(self.splash.fields, self.splash.strokes).to_bytes()
+
+    def formats(self, report: Report) -> None:
+        """Make a draft in every other number format that is of use here: the user may choose."""
+        names = [name for name in useful_precisions() if name != self.generator.precision]
         for number, name in enumerate(names):
-            self.generator = load_generator(None, "CPU", name)
             part = part_of(report, number / len(names), (number + 1) / len(names))
-            self.splash = make_splash(self.strokes, DRAFT, self.generator, report=part)
+            generator = load_generator(None, "CPU", name)
+            make_splash(self.strokes, DRAFT, generator, report=part)
 
     def unusual(self, report: Report) -> None:
         """Make a draft with settings that are off by default."""
         make_splash(self.strokes, UNUSUAL, self.generator, self.splash.frame, report)
 
-    def refinements(self, report: Report) -> None:
-        """Refine the draft, as stored in a file, and refine it again after applying that."""
+    def refined(self, report: Report) -> None:
+        """Refine the draft, as stored in a file, by the usual list."""
         stored = StoredSplash(self.splash.fields, self.splash.strokes)
-        stored = StoredSplash.from_bytes(stored.to_bytes())
+        self.stored = StoredSplash.from_bytes(stored.to_bytes())
+        Refiner(self.stored.fields, strokes=self.stored.strokes).refine(FRESH, report)
+
+    def refinements(self, report: Report) -> None:
+        """Refine it by another list, and again after applying the usual one."""
+        stored = self.stored
         refiner = Refiner(stored.fields, strokes=stored.strokes)
-        refiner.refine(FRESH, part_of(report, 0.0, 0.5))
-        refiner.refine(STORM, part_of(report, 0.5, 0.8), Look())
+        refiner.refine(STORM, part_of(report, 0.0, 0.6), Look())
         applied = replace(stored, applied=refiner.applied(FRESH))
         applied = StoredSplash.from_bytes(applied.to_bytes())
         again = Refiner(applied.fields, applied=applied.applied)
-        again.refine(FRESH, part_of(report, 0.8, 1.0))
+        again.refine(FRESH, part_of(report, 0.6, 1.0))
 
     def obstacles(self, report: Report) -> None:
         """Make and refine a draft that keeps out of a body and a sheet."""
@@ -138,34 +162,84 @@ class Rehearsal:
 
 
 STAGES = (
-    ("First drafts", Rehearsal.drafts, 0.44),
+    ("First draft", Rehearsal.draft, REACHED[FIRST], FIRST),
+    ("Usual refinements", Rehearsal.refined, REACHED[REFINED] - REACHED[FIRST], REFINED),
+    ("Other refinements", Rehearsal.refinements, 0.13),
+    ("Number formats", Rehearsal.formats, 0.22),
     ("Other drafts", Rehearsal.unusual, 0.02),
-    ("Refinements", Rehearsal.refinements, 0.28),
     ("Obstacles", Rehearsal.obstacles, 0.09),
     ("Models", Rehearsal.model, 0.03),
     ("Mantaflow", Rehearsal.export, 0.02),
     ("Simulation", Rehearsal.simulation, 0.1),
     ("Full resolution", Rehearsal.full, 0.02),
 )
-"""What is done, with its share of the whole time where nothing was compiled before."""
+"""What is done, with its share of the whole time where nothing was compiled before, and for whom
+what it compiles is enough."""
 
 
-def rehearse(report: Report = silent) -> None:
-    """Do everything once. Raises PackageError, and what any splash may raise."""
+def rehearse(report: Report = silent, reached: Callable[[str], None] = lambda _: None) -> None:
+    """Do everything once. Raises PackageError, and what any splash may raise.
+
+    reached : told of the stages of ``compiled_code.REACHED``, at their ends
+    """
     rehearsal, done = Rehearsal(), 0.0
-    for label, work, share in STAGES:
+    for label, work, share, *stages in STAGES:
         report(label, done)
-        work(rehearsal, part_of(report, done, done + share))
+        with counted(label, part_of(report, done, done + share)) as part:
+            work(rehearsal, part)
         done += share
+        for stage in stages:
+            reached(stage)
     report("Done", 1.0)
+
+
+@contextmanager
+def counted(label: str, report: Report) -> Iterator[Report]:
+    """Let every function that is compiled move the share on; give back the report to work with."""
+    share = 0.0
+
+    def move(to: float) -> None:
+        nonlocal share
+        share = max(share, to)
+        report(label, share)
+
+    with while_compiling(lambda: move(share + STEP * (1 - share))):
+        yield lambda _, done: move(done)
+
+
+class Bowl:
+    """In place of a generator, without networks: a bowl that grows, whatever the strokes are."""
+
+    config, fastest = None, np.inf
+
+    def condition(self, _strokes: Sequence[Stroke], _grid: Grid) -> None:
+        """Look at no strokes."""
+
+    def generate(self, _condition: None, grid: Grid, _latent: object, *_obstacle: object) -> Fields:
+        """Return the lower half of a shell, 6 cells thick, as a generator returns a splash."""
+        centres = np.stack(np.meshgrid(*(np.arange(n) - n / 2 for n in grid.shape), indexing="ij"))
+        away = np.linalg.norm(centres, axis=0)
+        shell = np.maximum(np.abs(away - grid.shape[0] / 4) - 3, centres[2])
+        distance = np.clip(shell, -AIR, AIR).astype(np.float32)
+        velocity = (centres / np.maximum(away, 1)).astype(np.float32)
+        return clip_to_band(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
+
+
+def work(_job: object, _say: Callable[..., None]) -> int:
+    """Rehearse what needs no networks, in a process beside :func:`rehearse`, which gains by it."""
+    rehearsal = Rehearsal()
+    bowl: Any = Bowl()
+    rehearsal.splash = make_splash(rehearsal.strokes, DRAFT, bowl)
+    rehearsal.refined(silent)
+    rehearsal.refinements(silent)
+    return 0
 
 
 def useful_precisions() -> list[str]:
     """List the number formats that are not much slower here than others, the fastest last."""
     load_torch()
-    from .generator.precision import known_fastest, measure_all
+    from .generator.precision import measure_all
 
-    known_fastest("cpu")  # the first splash need not measure it
     taken = measure_all("cpu", silent)
     most = SLOWEST * taken["float32"]
     return sorted((name for name in taken if taken[name] <= most), key=lambda n: -taken[n])

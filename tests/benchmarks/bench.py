@@ -13,6 +13,7 @@ from tests.benchmarks import (
     capture,
     interface,
     networks,
+    product,
     refinement,
     simulation,
     synthesis,
@@ -20,7 +21,8 @@ from tests.benchmarks import (
 from tests.benchmarks.machine import about_file, describe
 
 AREAS = (synthesis.measure, networks.measure, refinement.measure, simulation.measure,
-         animation.measure, interface.measure, capture.measure)  # fmt: skip
+         animation.measure, interface.measure, capture.measure,
+         product.measure)  # fmt: skip
 
 
 def main() -> None:

@@ -145,6 +145,21 @@ FIGURES = {
     "capture.live_stall_ms": Figure(
         "longest stall meanwhile", "ms", 50.0, "of 50 ms",
     ),
+    "product.first_splash_seconds": Figure(
+        "from the click to the first splash after installing, nothing compiled before, 128^3, in a "
+        "window drawn by the processor", "s", 60.0, "of 60 s",
+    ),
+    "product.first_progress_still_seconds": Figure(
+        "longest time for which its line of progress stands still", "s",
+        "product.first_splash_seconds", "of all of it",
+    ),
+    "product.first_stall_ms": Figure(
+        "longest stall meanwhile that is ours", "ms", 50.0, "of 50 ms",
+    ),
+    "product.new_blender_seconds": Figure(
+        "the first splash of a new Blender later, besides imports", "s", 3.0, "of 3 s",
+    ),
+    "product.again_seconds": Figure("one more", "s", 0.5, "of 0.5 s"),
     "interface.panel_draw_ms_8": Figure(
         "drawing all panels of the tab, in a file of 8 objects", "ms",
         "interface.panel_draw_ms_8000", "of 8,000 objects",

@@ -21,7 +21,15 @@ MARK = "numbers:"
 def in_second_window(script: str) -> dict[str, float]:
     """Return the numbers of a script beside this file; nothing where no Blender has a window.
 
-    It is given the folder for compiled code. A first process compiles, and a second is measured.
+    A first process compiles, and a second is measured.
+    """
+    return in_two_windows(script)[1]
+
+
+def in_two_windows(script: str) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the numbers of two runs of a script, of which the first compiles everything.
+
+    Both are given the folder for compiled code; nothing is in it at first.
     """
     blender = [os.environ["BLENDER"]] if "BLENDER" in os.environ else ["blender"]
     inside = [] if "BLENDER" in os.environ else [str(ROOT / "tests" / "blender_root.sh")]
@@ -30,17 +38,18 @@ def in_second_window(script: str) -> dict[str, float]:
     options += ["--window-geometry", "0", "0", *SIZE.split("x")]
     options += ["--python", str(Path(__file__).with_name(script)), "--"]
     command = [*inside, "env", "LIBGL_ALWAYS_SOFTWARE=1", *screen, *blender, *options]
+    found: list[dict[str, float]] = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(2):
             try:
                 done = subprocess.run([*command, folder], cwd=ROOT, capture_output=True, text=True)
             except OSError as error:
-                return no_window(str(error))
+                return no_window(str(error)), {}
             said = [line for line in done.stdout.splitlines() if line.startswith(MARK)]
             if not said:
-                return no_window(done.stderr.strip().rpartition("\n")[2])
-    numbers: dict[str, float] = json.loads(said[0].removeprefix(MARK))
-    return numbers
+                return no_window(done.stderr.strip().rpartition("\n")[2]), {}
+            found.append(json.loads(said[0].removeprefix(MARK)))
+    return found[0], found[1]
 
 
 def no_window(reason: str) -> dict[str, float]:

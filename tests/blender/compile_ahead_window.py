@@ -5,9 +5,14 @@ Shows the tab, waits until compiling ahead says how far it is, and quits in the 
 """
 
 import importlib
+import sys
 import time
+from pathlib import Path
 
 import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from running_scripts import show_tab
 
 PACKAGE = "bl_ext.user_default.liquid_splash"
 PATIENCE = 600.0
@@ -15,20 +20,6 @@ PATIENCE = 600.0
 
 ahead = importlib.import_module(f"{PACKAGE}.blender.jobs.compile_ahead")
 end = time.monotonic() + PATIENCE
-
-
-def show_tab() -> bool:
-    """Open the sidebar at the tab; return whether it is shown."""
-    area = next(
-        a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D"
-    )
-    area.spaces.active.show_region_ui = True
-    region = next(r for r in area.regions if r.type == "UI")
-    try:
-        region.active_panel_category = "Splash"
-    except (AttributeError, TypeError):  # it was not drawn yet
-        return False
-    return True
 
 
 def watch() -> float | None:

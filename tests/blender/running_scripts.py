@@ -47,3 +47,18 @@ def run(
         return pause
 
     return resume
+
+
+def show_tab() -> bool:
+    """Open the sidebar of the 3D viewport at the add-on's tab; return whether it is shown."""
+    import bpy
+
+    screen = bpy.context.window_manager.windows[0].screen
+    area = next(area for area in screen.areas if area.type == "VIEW_3D")
+    area.spaces.active.show_region_ui = True
+    region = next(region for region in area.regions if region.type == "UI")
+    try:
+        region.active_panel_category = "Splash"
+    except (AttributeError, TypeError):  # it was not drawn yet
+        return False
+    return True

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from tests.blender.sketching import add_sketch, fan, generate, vertices
 
-pytestmark = pytest.mark.usefixtures("tubes")
+pytestmark = [pytest.mark.once, pytest.mark.usefixtures("tubes")]
 
 
 @pytest.fixture

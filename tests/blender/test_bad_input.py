@@ -15,6 +15,8 @@ from liquid_splash_addon.core.generator.weights_file import default_weights_path
 from liquid_splash_addon.core.sketch.drawing import Drawing
 from tests.blender.sketching import add_sketch, fan, generate, splashes, vertices
 
+pytestmark = pytest.mark.once
+
 NAN = Drawing(np.array([(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)]), np.arange(3.0))
 STILL = Drawing(np.ones((5, 3)), np.arange(5.0))
 

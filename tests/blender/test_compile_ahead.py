@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 
 import bpy
@@ -25,14 +26,14 @@ SCRIPT = Path(__file__).with_name("compiled_ahead.py")
 PLAIN, INSTALLED = "liquid_splash_addon", "bl_ext.user_default.liquid_splash"
 
 SMALL = {
-    "compiled_code.py": "note = str",
+    "compiled_code.py": "note = str\ndef share(folder): pass",
     "rehearsal.py": (
         "from numba import njit\n"
         "@njit(cache=True)\n"
         "def inner(x): return x + 1\n"
         "@njit(cache=True)\n"
         "def outer(x): return 2 * inner(x)\n"
-        "def rehearse(report):\n"
+        "def rehearse(report, reached=None):\n"
         "    report('Compiling', 0.5)\n"
         "    outer(1)\n"
     ),
@@ -71,7 +72,7 @@ def small(tmp_path, monkeypatch) -> Path:
 def rehearsal(folder: Path, *lines: str) -> None:
     """Have a rehearsal do something else."""
     body = "".join(f"    {line}\n" for line in lines)
-    (folder / "core" / "rehearsal.py").write_text(f"def rehearse(report):\n{body}")
+    (folder / "core" / "rehearsal.py").write_text(f"def rehearse(report, reached):\n{body}")
 
 
 def wait_until(is_so, seconds: float = 600.0) -> None:
@@ -92,6 +93,39 @@ def test_what_it_compiles_is_found_under_the_names_that_blender_has(small, tmp_p
     command = [sys.executable, "-c", script]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.stdout == "{(int64,): 1} {}\n", done.stdout + done.stderr
+
+
+def test_where_code_is_kept_is_told_and_what_is_reached_is_noted(small, tmp_path):
+    (small / "core" / "compiled_code.py").write_text("note = str\nshare = print")
+    rehearsal(small, "reached('first')", "report('Kept', 0.3)")
+    assert not compiled_code.has_reached("first")
+    ahead = compile_ahead.start()
+    ahead.wait(120)
+    assert ahead.last == str(tmp_path) and ahead.code == 0, ahead.failed
+    compiled_code.marker(tmp_path).unlink()
+    assert compiled_code.has_reached("first") and not compiled_code.has_reached("refined")
+
+
+def test_a_job_waits_for_what_it_needs_and_for_nothing_else(small, tmp_path):
+    said = []
+    report = lambda *what: said.append(what)  # noqa: E731
+    assert compile_ahead.wait_for("first", report) is report and not said, "nothing runs"
+    go = tmp_path / "go"
+    rehearsal(
+        small, "import os, time", "report('Some', 0.11)",
+        f"while not os.path.exists({str(go)!r}): time.sleep(0.01)", "reached('first')",
+        "time.sleep(600)",
+    )  # fmt: skip
+    ahead = compile_ahead.start()
+    waiting = Thread(target=lambda: compile_ahead.wait_for("first", report)("After", 0.5))
+    waiting.start()
+    wait_until(lambda: said and said[-1][1] == 0.4)
+    assert waiting.is_alive() and said[-1][0] == compile_ahead.PREPARING
+    go.touch()
+    waiting.join(60)
+    assert said[-1] == ("After", 0.9) and ahead is compile_ahead.running()
+    ahead.stop()
+    assert compile_ahead.wait_for("refined", report) is report
 
 
 def test_the_tab_shows_how_far_it_is(small):

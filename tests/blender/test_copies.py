@@ -3,11 +3,14 @@
 
 import bpy
 import numpy as np
+import pytest
 
 from liquid_splash_addon.blender.jobs import refine
 from liquid_splash_addon.blender.scene.drop_points import own_points, points_of
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import add_sketch, fan, generate, vertices
+
+pytestmark = pytest.mark.once
 
 
 def duplicate(item: bpy.types.Object) -> bpy.types.Object:

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -17,6 +18,11 @@ ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(__file__).with_name("installed_extension.py")
 TIMEOUT = 600
 """Seconds for one process; a splash takes far less."""
+
+
+def slow_under_the_module(test: Callable[..., None]) -> Callable[..., None]:
+    """Mark a test that compiles everything: under the module the full zip's do that too."""
+    return pytest.mark.slow(test) if bpy.app.module else test
 
 
 def run(command: list[str | Path], folder: Path, **environment: str) -> str:
@@ -85,6 +91,7 @@ def install_commands(source: str) -> list[list[str]]:
     return [add, ["sync"], ["install", "--enable", "splashes.liquid_splash"]]
 
 
+@slow_under_the_module
 def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> None:
     use("splash", extension, tmp_path)
 

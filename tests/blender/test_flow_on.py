@@ -13,6 +13,8 @@ from tests.blender.drawing_panels import drawn
 from tests.blender.modelling import crossing, generate_layers
 from tests.blender.sketching import add_sketch, fan, generate, vertices
 
+pytestmark = pytest.mark.once
+
 OUT_OF_DATE = "Flow On is out of date"
 
 

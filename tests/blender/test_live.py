@@ -10,6 +10,7 @@ from tests.blender.test_window import pytestmark, run_in_a_window, screen  # noq
 SCRIPT = Path(__file__).with_name("live_window.py")
 
 
+@pytest.mark.slow
 def test_the_splash_follows_strokes_settings_and_undo(screen):  # noqa: F811
     printed = run_in_a_window(screen, SCRIPT)
     assert "live: works" in printed and "Traceback" not in printed, printed

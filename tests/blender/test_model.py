@@ -21,7 +21,7 @@ from tests.blender.modelling import (
 )
 from tests.blender.sketching import fan, in_world, real_velocities, splashes, vertices
 
-pytestmark = pytest.mark.usefixtures("thick_drafts")
+pytestmark = [pytest.mark.once, pytest.mark.usefixtures("thick_drafts")]
 
 
 def test_each_layer_is_a_splash_and_together_they_are_one_closed_mesh():

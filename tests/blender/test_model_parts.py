@@ -13,7 +13,7 @@ from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.modelling import bounds, crossing, generate_layers, part, the_model, volume
 from tests.blender.sketching import add_sketch, bend, splashes, vertices
 
-pytestmark = pytest.mark.usefixtures("thick_drafts")
+pytestmark = [pytest.mark.once, pytest.mark.usefixtures("thick_drafts")]
 
 
 def test_a_deleted_part_is_left_out_said_and_can_be_removed():

@@ -35,7 +35,7 @@ def test_settings_are_those_of_the_scene_then_those_of_the_splash(tubes):
 
 
 def test_progress_takes_the_place_of_the_button(monkeypatch):
-    running = SimpleNamespace(stage="Generating", fraction=0.5)
+    running = SimpleNamespace(line="Generating", fraction=0.5)
     monkeypatch.setattr(work_queue, "collecting", lambda *_: running)
     said = drawn(SPLASH_PT_main)
     assert "Generating (Esc to stop)" in said and "splash.generate" not in said.split()

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from liquid_splash_addon.blender.scene import places
 from tests.blender.sketching import add_sketch, fan, generate, vertices
 
-pytestmark = pytest.mark.usefixtures("tubes")
+pytestmark = [pytest.mark.once, pytest.mark.usefixtures("tubes")]
 
 FAR = Matrix.LocRotScale(Vector((5, -2, 1)), Euler((0.3, 0.8, -1.1)), None)
 

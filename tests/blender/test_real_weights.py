@@ -14,6 +14,8 @@ from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
 from liquid_splash_addon.core.sketch.strokes import resample
 from tests.blender.sketching import add_sketch, generate, real_velocities, vertices
 
+pytestmark = pytest.mark.once
+
 RESOLUTIONS = ("64", "128")
 
 

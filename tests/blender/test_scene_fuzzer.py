@@ -5,6 +5,8 @@ import pytest
 
 from tests.blender import scene_fuzzer
 
+pytestmark = pytest.mark.once
+
 FEW, MANY, PART = 50, 2000, 100
 
 KEPT: list[int] = []

@@ -26,6 +26,8 @@ from tests.blender.sketching import TubeGenerator, add_sketch, evaluated_mesh, f
 from tests.blender.test_copies import duplicate
 from tests.blender.test_drop_points import cloud
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES, START = 3, 5
 

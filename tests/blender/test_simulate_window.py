@@ -3,13 +3,15 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.blender.test_window import pytestmark as needs_window
 from tests.blender.test_window import (
     run_in_a_window,
     screen,  # noqa: F401 (a fixture)
 )
 
-pytestmark = needs_window
+pytestmark = [pytest.mark.slow, needs_window]
 SCRIPT = Path(__file__).with_name("simulate_window.py")
 
 

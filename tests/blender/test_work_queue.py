@@ -12,7 +12,7 @@ from liquid_splash_addon.blender.data import stored_liquid
 from liquid_splash_addon.blender.jobs import refine, scheduler, work_queue
 from tests.blender.sketching import add_sketch, fan, generate, vertices
 
-pytestmark = pytest.mark.usefixtures("tubes")
+pytestmark = [pytest.mark.once, pytest.mark.usefixtures("tubes")]
 
 
 @pytest.fixture

@@ -7,9 +7,10 @@ from scipy.ndimage import label
 
 from liquid_splash_addon.core.fluid.surface_tension import WATER
 from liquid_splash_addon.core.grid import LOCAL_SPACING, Grid
-from liquid_splash_addon.core.liquid import breakup
-from liquid_splash_addon.core.liquid.breakup import broken_up, disturbance, flown, growth
+from liquid_splash_addon.core.liquid import breakup, flight
+from liquid_splash_addon.core.liquid.breakup import broken_up, disturbance, growth, thinning
 from liquid_splash_addon.core.liquid.fields import AIR, Fields, clip_to_band
+from liquid_splash_addon.core.liquid.flight import flown
 from liquid_splash_addon.core.liquid.level_set import LevelSet, surface_level
 from liquid_splash_addon.core.liquid.shaping import reshaped
 from liquid_splash_addon.core.liquid.volume import filled_cells
@@ -165,7 +166,7 @@ def test_times_of_flight():
     np.testing.assert_allclose(ages, (points[:, 0] + LENGTH / 2) / 2.0, atol=1e-4)
     # No longer than FLIGHT metres at the speed there: a pen may go on.
     long = line((-0.6, 0, 0), (0.6, 0, 0), speed=2.0)
-    assert flown([long])[1].max() == pytest.approx(breakup.FLIGHT / 2.0)
+    assert flown([long])[1].max() == pytest.approx(flight.FLIGHT / 2.0)
     assert flown([])[1].size == 0
 
 
@@ -174,15 +175,57 @@ def test_a_pen_that_rests_does_not_age_the_liquid_for_ever():
     velocities = moving.velocities.copy()
     velocities[len(velocities) // 2] = 0
     _, ages = flown([Stroke(moving.points, velocities)])
-    assert np.isfinite(ages).all() and ages.max() <= breakup.FLIGHT / breakup.SLOWEST
+    assert np.isfinite(ages).all() and ages.max() <= flight.FLIGHT / flight.SLOWEST
 
 
 def test_the_disturbance_is_even_and_a_matter_of_the_place_alone():
-    places = np.random.default_rng(0).uniform(-0.2, 0.2, size=(20000, 3))
+    still = LevelSet.of(liquid(half=(0.19, 0.19, 1.5 * LOCAL_SPACING)))
+    places = np.random.default_rng(0).uniform([8, 8, 62], [120, 120, 66], size=(20000, 3))
     half = np.exp(np.random.default_rng(1).uniform(np.log(0.003), np.log(0.012), 20000))
-    waves = disturbance(places, half, 0, 0.0)
-    assert abs(waves.mean()) < 0.05 and waves.std() == pytest.approx(1.0, abs=0.05)
-    np.testing.assert_allclose(disturbance(places[:7], half[:7], 0, 0.0), waves[:7], atol=1e-4)
+    waves = disturbance(still, places, half, 0, 0.0)
+    for wave in (waves.streaks, waves.beads):
+        assert abs(wave.mean()) < 0.25 and wave.std() == pytest.approx(1.0, abs=0.2)
+    again = disturbance(still, places[:7], half[:7], 0, 0.0)
+    np.testing.assert_allclose(again.streaks, waves.streaks[:7], atol=1e-4)
+
+
+def likeness(wet, step):
+    """Return how alike cells of a plane are that lie ``step`` apart: 1 the same, 0 at random."""
+    x, y = step
+    near, far = wet[: wet.shape[0] - x, : wet.shape[1] - y], wet[x:, y:]
+    return np.corrcoef(near.ravel(), far.ravel())[0, 1]
+
+
+def test_a_sheet_parts_into_ligaments_along_the_flow():
+    after = broken(SLOW)
+    middle = after.occupancy.shape[2] // 2
+    wet = (after.occupancy[76:112, 50:78, middle] > 0.5).astype(float)
+    assert 0.1 < wet.mean() < 0.95
+    assert likeness(wet, (4, 0)) > likeness(wet, (0, 4)) + 0.3
+
+
+def test_strength_leads_from_a_fringe_to_ligaments_to_drops():
+    weak, water, strong = (broken(SLOW, SplashSettings(breakup=b)) for b in (0.25, 1.0, 4.0))
+    lost = [holes(fields) for fields in (weak, water, strong)]
+    assert lost[0].mean() < 0.5 * lost[1].mean() < 0.5 * lost[2].mean()
+    pieces = [label(fields.occupancy > 0.5)[1] for fields in (weak, water, strong)]
+    assert pieces[0] < pieces[1] < 0.7 * pieces[2]
+
+
+def test_a_fan_is_thinned_by_its_flow_and_a_stream_is_not():
+    fields = liquid()
+    cells = np.argwhere(np.abs(fields.grid.centres()[..., 2]) < 0.002)
+    metres = fields.grid.to_metres(cells + 0.5)
+    chosen = (metres[:, 0] > -0.05) & (metres[:, 0] < 0.1) & (np.abs(metres[:, 1]) < 0.03)
+    places, normals = cells[chosen] + 0.5, np.tile([0.0, 0.0, 1.0], (chosen.sum(), 1))
+    beyond = metres[chosen, 0] + LENGTH / 2
+    assert thinning(LevelSet.of(fields), places, normals, beyond).max() < 1e-6
+    around = fields.grid.centres() + np.array([LENGTH / 2, 0, 0])  # from one point, at 1 m/s
+    radius = np.linalg.norm(around[..., :2], axis=-1)
+    for axis in range(2):
+        fields.velocity[axis] = (fields.distance < AIR) * around[..., axis] / radius
+    found = thinning(LevelSet.of(fields), places, normals, np.hypot(beyond, metres[chosen, 1]))
+    assert np.median(found) == pytest.approx(1.0, abs=0.02)
 
 
 def test_seeds_part_elsewhere_only_where_they_may_vary():

@@ -4,6 +4,7 @@
 import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from numba.core import caching, config
 
 from liquid_splash_addon.core import compiled_code
+from liquid_splash_addon.core.compiled_code import VARIABLE
 from liquid_splash_addon.core.compiling import njit
 
 CORE = Path(compiled_code.__file__).parent
@@ -111,6 +113,7 @@ def test_core_compiles_with_nothing_else():
 WRITER = """
 import sys; sys.path.insert(0, {root!r})
 import numpy as np
+from liquid_splash_addon.core.compiled_code import VARIABLE
 from liquid_splash_addon.core.compiling import njit
 
 @njit(cache=True)
@@ -151,8 +154,41 @@ def test_several_processes_may_write_at_once(folder):
     assert last.stdout.split()[1] == "0"
 
 
+SHARER = """
+import sys; sys.path.insert(0, {root!r})
+from pathlib import Path
+import numpy as np
+from liquid_splash_addon.core import compiled_code
+{use}
+from liquid_splash_addon.core.sketch.polyline import interpolated
+interpolated(np.ones(1), np.arange(2.0), np.ones((2, 3)))
+print(sum(interpolated.stats.cache_hits.values()), compiled_code.folder())
+"""
+
+
+def test_blender_finds_what_compiling_ahead_has_kept(tmp_path):
+    """One process has the folder as the extension does, the other is told of it."""
+    environment = {name: value for name, value in os.environ.items() if name != VARIABLE}
+
+    def said(use: str, **more: str) -> list[str]:
+        script = SHARER.format(root=str(CORE.parents[1]), use=use)
+        command = [sys.executable, "-c", script]
+        done = subprocess.run(
+            command, env=environment | more, capture_output=True, text=True, check=True
+        )
+        return done.stdout.split()
+
+    parent = f"compiled_code.keep_below(Path({str(tmp_path)!r}))"
+    _, folder = said(parent)
+    for path in list(Path(folder).iterdir()):
+        shutil.rmtree(path)
+    assert said(f"compiled_code.share({folder!r})", **{VARIABLE: folder}) == ["0", folder]
+    assert said(parent) == ["1", folder]
+
+
 CALLER = """
 import sys; sys.path.insert(0, {root!r})
+from liquid_splash_addon.core.compiled_code import VARIABLE
 from liquid_splash_addon.core.compiling import njit
 from .callee import inner
 
@@ -164,6 +200,7 @@ print(outer(1.0), sum(outer.stats.cache_hits.values()))
 """
 
 CALLEE = """
+from liquid_splash_addon.core.compiled_code import VARIABLE
 from liquid_splash_addon.core.compiling import njit
 
 @njit(cache=True)

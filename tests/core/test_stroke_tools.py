@@ -102,6 +102,17 @@ def test_profiles_take_turns_at_the_places():
     np.testing.assert_allclose(speeds[1], 8, rtol=1e-5)
 
 
+def test_several_profiles_stand_evenly_and_whole():
+    """They have points of their own: dips and pairs on top would tear what spans them."""
+    profiles = [line((1, 0, 0), (2, 0, 1)), line((1, 0, 0), (1.6, 0, 0.7))]
+    made = Spin(count=8, dip=0.5, lean=0.4, variation=0.0).apply(profiles, Place())
+    tips = np.array([derived.drawing.points[-1] for derived in made])
+    np.testing.assert_allclose(np.hypot(tips[:, 0], tips[:, 1]), [2, 1.6] * 4)
+    np.testing.assert_allclose(
+        np.degrees(np.unwrap(np.arctan2(tips[:, 1], tips[:, 0]))), 45 * np.arange(8), atol=1e-9
+    )
+
+
 def test_spin_moves_out_swirls_and_dips():
     profile = line((0.5, 0, 0), (1.5, 0, 0))
     made = Spin(count=4, radius=1.0, swirl=90, dip=0.5, lean=0.0, variation=0.0).apply(

@@ -66,7 +66,14 @@ def ball(cells=64, centre=(0.03, 0.0, -0.05), radius=0.06) -> Fields:
     return fields_of((away - radius) / grid.spacing, grid)
 
 
-@pytest.mark.parametrize("name", claims.BOUNDS)
+LONG = ("letters.read",)
+"""Claims that take minutes."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in claims.BOUNDS],
+)
 def test_the_bundled_weights_keep_to_the_bounds(name):
     claim, figure = name.split(".")
     value = measured(claim)[figure]

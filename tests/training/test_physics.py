@@ -75,6 +75,7 @@ def test_a_closed_dam_break_keeps_its_volume():
     assert 2 * height == pytest.approx((depths**2).mean() / depths.mean(), rel=0.03)
 
 
+@pytest.mark.slow
 def test_without_the_density_term_it_would_not():
     _, fullness = dam_break(1.5, density=False)
     assert fullness > 1.1

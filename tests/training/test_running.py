@@ -191,6 +191,7 @@ def test_two_processes_learn_what_one_does(toy_data: Path, tmp_path: Path):
         assert torch.allclose(curves[1][name], tensor, atol=5e-6), name
 
 
+@pytest.mark.slow
 def test_the_command_trains_in_two_processes(toy_data: Path, tmp_path: Path):
     """As ``torchrun -m training train``, with processes of its own that draw the samples."""
     torch = pytest.importorskip("torch")

@@ -87,40 +87,48 @@ def twins(seed: int, resolution: int, physics: Physics) -> list[Row]:
     return rows
 
 
-def stored_twins(items: Sequence[Item], jitter_seed: int = 1) -> list[Row]:
-    """Return the IoU of a data set's frames with a twin's at the same moments.
+def twin_frames(items: Sequence[Item], jitter_seed: int = 1) -> Iterator[tuple[Item, StoredFrame]]:
+    """Yield frames of a data set, all of one scene, each with a twin's at the same moment.
 
-    Near-duplicates among the twin's frames count too, as long as there is liquid in the box. Both
-    are compared on the local box of the stored frame's own strokes, where models are measured.
-
-    items : frames of one scene
+    Near-duplicates among the twin's frames count too, as long as there is liquid in the box.
     """
     parameters = load_parameters(items[0].scene)
     scene = Scene.of(parameters)
     world = scene.world()
     wanted = {item.time: item for item in items}
-    rows: list[Row] = []
     for time, liquid in moments(scene, world, jitter_seed):
         if not len(liquid.particles.positions):
             break
         if time in wanted:
             item = wanted[time]
-            twin = take_frame(liquid, world, scene.spacing, item.spacing, time)
-            stored = item.load()
-            frame = fit_frame(held_out_strokes(item, stored))
-            both = [resample(f, item.spacing, frame, Grid.local())[0] < 0 for f in (stored, twin)]
-            rows.append(
-                {
-                    "seed": item.seed,
-                    "number": item.number,
-                    "family": scene.family,
-                    "radius": scene.streamlets[0].radius,
-                    "time": time,
-                    "iou": iou(*both),
-                }
-            )
+            yield item, take_frame(liquid, world, scene.spacing, item.spacing, time)
         if time >= max(wanted):
             break
+
+
+def stored_twins(items: Sequence[Item], jitter_seed: int = 1) -> list[Row]:
+    """Return the IoU of a data set's frames with a twin's at the same moments.
+
+    Both are compared on the local box of the stored frame's own strokes, where models are measured.
+
+    items : frames of one scene
+    """
+    scene = Scene.of(load_parameters(items[0].scene))
+    rows: list[Row] = []
+    for item, twin in twin_frames(items, jitter_seed):
+        stored = item.load()
+        frame = fit_frame(held_out_strokes(item, stored))
+        both = [resample(f, item.spacing, frame, Grid.local())[0] < 0 for f in (stored, twin)]
+        rows.append(
+            {
+                "seed": item.seed,
+                "number": item.number,
+                "family": scene.family,
+                "radius": scene.streamlets[0].radius,
+                "time": item.time,
+                "iou": iou(*both),
+            }
+        )
     return rows
 
 

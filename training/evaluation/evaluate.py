@@ -24,11 +24,13 @@ from liquid_splash_addon.core.condition.voxelize import Condition
 from liquid_splash_addon.core.generator.generator import Generator
 from liquid_splash_addon.core.generator.precision import PRECISIONS
 from liquid_splash_addon.core.generator.weights_file import default_weights_path
+from liquid_splash_addon.core.liquid.level_set import surface_level
 
 from ..command_line import command_parser
 from ..data.items import Item, choose, load_items
 from ..data.samples import held_out_sample
 from ..learning.thresholds import Answer
+from ..measures.look import look_beside, look_of
 from ..measures.metrics import average, occupancy_metrics, relative_divergence, velocity_metrics
 from .answers import BASELINES, ByGrid, calibrate, latents_for, load_answers
 from .baselines import NearestExample, best_radius, distance_to
@@ -90,6 +92,8 @@ def measure(
         truth, spacing = sample.distance < 0, sample.grid.spacing
         near, near_velocity = nearest.answer(strokes, sample.grid)
         guesses: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+        looks: dict[str, dict[str, float]] = {}
+        true_look = look_of(sample.distance, sample.grid)
         for name, answer in list(left.items()):
             try:
                 fields = answer.generate(sample.condition, sample.grid)
@@ -100,6 +104,7 @@ def measure(
                 del left[name], found.rows[name]
                 continue
             guesses[name] = (fields.occupancy > 0.5, fields.velocity)
+            looks[name] = look_beside(look_of(surface_level(fields, 0.5), sample.grid), true_look)
         for name, distance in dilations(sample.condition).items():
             guesses[name] = (distance <= radii[name], None)
         guesses["nearest"] = (near < 0, near_velocity)
@@ -108,8 +113,9 @@ def measure(
             if velocity is not None:
                 row |= velocity_metrics(velocity, sample.velocity, truth)
                 row["divergence"] = relative_divergence(velocity, occupied)
-            found.rows[name].append(row)
-        found.truth.append({"divergence": relative_divergence(sample.velocity, truth)})
+            found.rows[name].append(row | looks.get(name, {}))
+        divergence = relative_divergence(sample.velocity, truth)
+        found.truth.append({"divergence": divergence, **true_look})
         found.strokes.append(len(strokes))
     return found
 

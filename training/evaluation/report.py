@@ -30,7 +30,8 @@ TIME_GROUPS = {
 
 COLUMNS = ("iou", "iou_se", "iou_over_twin", "tpr", "precision", "fpr", "f_score", "hausdorff_mm",
            "hd95_mm", "hausdorff_cells", "hd95_cells", "velocity_error", "angle_deg",
-           "divergence")  # fmt: skip
+           "divergence", "roughness_deg", "roughness_over_truth", "thickness_cells",
+           "thickness_over_truth")  # fmt: skip
 
 DIVERSITY_COLUMNS = ("spread", "spread_over_twin", "iou_zero", "iou_mean", "iou_best", "best_gain",
                      "covered", "covered_least", "covered_near", "covered_near_least",

@@ -17,6 +17,7 @@ from typing import IO, Any
 
 import bpy
 
+from ...core import compiled_code
 from ..data.preferences import ADDON
 
 PROGRAM = Path(__file__).with_name("compile_process.py")
@@ -56,7 +57,13 @@ class ChildProcess:
             errors="replace",
             **priority(is_job="module" in order),
         )
-        about = {"path": sys.path, "package": ADDON, "folder": addon_folder(), **order}
+        about = {
+            "path": sys.path,
+            "package": ADDON,
+            "folder": addon_folder(),
+            "kept": str(compiled_code.folder() or ""),
+            **order,
+        }
         assert self._process.stdin is not None and self._process.stdout is not None
         # Its input stays open: its end would end the process.
         self._process.stdin.write(json.dumps(about) + "\n")

@@ -2,23 +2,31 @@
 """Compile ahead in a process of its own what the first splash would otherwise wait for.
 
 It is started when the tab is first shown, unless that was done before. Blender stays usable: the
-process gives way to all others. What is wanted meanwhile compiles what it needs itself.
+process runs on one core. A splash that is wanted meanwhile waits until what it needs is there.
 """
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Mapping
 from typing import Any
 
 import bpy
 
 from ...core import compiled_code
+from ...core.progress import Report, part_of
 from . import dependencies
 from .child_process import ChildProcess
 from .job import redraw_sidebars
 
 DELAY = 1.0
 """Seconds from the first look at the tab to the start: Blender has other things to do first."""
+
+PREPARING = "Preparing (first time only)"
+
+WAITED = 0.8
+"""Of the bar of a splash that waits for code to be compiled: the rest is soon done."""
 
 TICK = 0.2
 """Seconds between two looks at the process."""
@@ -38,6 +46,17 @@ class Ahead(ChildProcess):
         """Start it. Raises OSError where that is not possible."""
         self.stage, self.share, self.failed, self.note = "", 0.0, "", ""
         super().__init__({})
+        # What needs no networks is compiled beside what does, where there is a core for it.
+        with_helper = (os.cpu_count() or 1) > 1
+        self._helper = (
+            ChildProcess({"module": ".core.rehearsal", "job": {}}) if with_helper else None
+        )
+
+    def stop(self) -> None:
+        """End it."""
+        if self._helper is not None:
+            self._helper.stop()
+        super().stop()
 
     def hear(self, said: Mapping[str, Any]) -> None:
         """Take note of what a line says."""
@@ -45,6 +64,8 @@ class Ahead(ChildProcess):
         self.share = said.get("share", self.share)
         self.failed = said.get("failed", self.failed)
         self.note = said.get("note", self.note)
+        if "reached" in said:
+            compiled_code.note_reached(said["reached"])
 
     def end(self) -> None:
         """Note whether all was compiled, or why not."""
@@ -89,6 +110,37 @@ def start() -> Ahead | None:
         except OSError:  # no splash needs it
             _ahead = None
     return _ahead
+
+
+def want() -> None:
+    """Start it, once, if what a splash needs is not compiled yet and nobody waits in background."""
+    is_ours = compiled_code.folder() is not None and not bpy.app.background
+    if is_ours and _ahead is None and not compiled_code.is_complete():
+        start()
+        ask()
+
+
+def wait_for(stage: str, report: Report) -> Report:
+    """Wait until all is compiled that a stage needs, as long as that goes on; in a job's thread.
+
+    Compiling in Blender's own process would hold Python's lock, and the interface with it, now and
+    then for most of a second. Returns the report for what comes after. Raises Cancelled.
+    """
+    has_waited = False
+    while (ahead := running()) is not None and not compiled_code.has_reached(stage):
+        has_waited = True
+        report(PREPARING, WAITED * min(ahead.share / compiled_code.REACHED[stage], 1.0))
+        time.sleep(TICK)
+    return part_of(report, WAITED, 1.0) if has_waited else report
+
+
+def started(is_refined: bool, report: Report) -> Report:
+    """Import PyTorch, and wait for the code that a splash needs, see :func:`wait_for`."""
+    from ...core.generator.loading import load_torch
+
+    report("Starting PyTorch", 0.0)
+    load_torch()
+    return wait_for(compiled_code.REFINED if is_refined else compiled_code.FIRST, report)
 
 
 def running() -> Ahead | None:

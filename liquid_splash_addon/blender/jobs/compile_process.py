@@ -2,9 +2,10 @@
 """Work in a process of its own, without bpy: compiling ahead, or a job of a module of core.
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
-Blender) and ``folder`` (its place); for a job also ``module`` (in the package, ``.core. ...``),
-whose ``work(job, say)`` is called, and ``job``. Out go lines of JSON, with ``stage`` and ``share``
-or, last of all, ``failed``. The process ends when its input does, as Blender's end ends it.
+Blender), ``folder`` (its place) and ``kept`` (the folder of compiled code, if it is ours); for a
+job also ``module`` (in the package, ``.core. ...``), whose ``work(job, say)`` is called, and
+``job``. Out go lines of JSON, with ``stage`` and ``share``, ``reached`` or, last of all,
+``failed``. The process ends when its input does, as Blender's end ends it.
 """
 
 import importlib
@@ -15,23 +16,24 @@ import threading
 import types
 
 NICENESS = 10
-"""Added to what Blender has: all else goes first."""
+"""Added to what Blender has once all is there that a user may wait for: all else goes first."""
+
+LAST_AWAITED = "refined"
+"""The stage of core's compiled_code after which no splash waits for this process any more."""
 
 
 def main() -> int:
     """Do what is ordered, or rehearse; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
-    # A job is waited for. On Windows the parent chose the priority.
-    if "module" not in order and hasattr(os, "nice"):
-        os.nice(NICENESS)
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
     try:
+        importlib.import_module(order["package"] + ".core.compiled_code").share(order["kept"])
         if "module" in order:
             module = importlib.import_module(order["package"] + order["module"])
             return int(module.work(order["job"], say))
-        importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report)
+        importlib.import_module(order["package"] + ".core.rehearsal").rehearse(report, reached)
     except (Exception, MemoryError) as error:
         say(failed=f"{type(error).__name__}: {error}")
         return 1
@@ -62,6 +64,14 @@ def stand_in(package: str, folder: str) -> None:
 def report(stage: str, share: float) -> None:
     """Tell Blender how far it is."""
     say(stage=stage, share=share)
+
+
+def reached(stage: str) -> None:
+    """Tell Blender that all is compiled that this stage needs."""
+    say(reached=stage)
+    # On Windows the parent chose the priority.
+    if stage == LAST_AWAITED and hasattr(os, "nice"):
+        os.nice(NICENESS)
 
 
 def say(**values: object) -> None:

@@ -9,11 +9,21 @@ import bpy
 import numpy as np
 
 from ...core.packages import PACKAGES, broken_packages, is_installed
+from ..scene.objects import SceneError
 
 
 def missing_packages() -> list[str]:
     """List the packages that are not installed, by their names in the package index."""
     return [package for module, package in PACKAGES.items() if not is_installed(module)]
+
+
+def check() -> None:
+    """Raise SceneError if a package is missing without which nothing can be computed."""
+    if missing := missing_packages():
+        raise SceneError(
+            f"Not installed: {', '.join(missing)}. The Splash tab in the sidebar shows how to "
+            "install what is missing"
+        )
 
 
 def complaint() -> str:

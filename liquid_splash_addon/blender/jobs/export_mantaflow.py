@@ -138,8 +138,8 @@ def stage(task: ExportTask, start: SolverStart, report: Report) -> Exported:
     gravity = task.settings.gravity * in_real_time(start.world).scale.gravity
     if np.any(task.gravity) and abs(gravity) > task.weight_limit:
         raise SceneError(
-            f"The splash is so large in the scene that its gravity, {gravity:.0f} units/s², is "
-            "more than Blender's solver takes: scale it down, or lower Gravity"
+            f"Scale the splash down, or lower Gravity: at {gravity:.0f} units/s² it is more than "
+            "Blender's solver takes"
         )
     first = first_frame(start, domain, task.settings, report=part_of(report, 0.4, 0.9))
     report("Writing", 0.9)
@@ -151,8 +151,8 @@ def stage(task: ExportTask, start: SolverStart, report: Report) -> Exported:
     warnings = list(start.warnings)
     if first.removed > 0.5 and not task.settings.divergence_free:
         warnings.append(
-            f"The solver's first step will remove {first.removed:.0%} of the velocity inside thick "
-            "liquid, because that part diverges: switch on Divergence-Free, or expect less motion"
+            f"Switch on Divergence-Free: the solver's first step will remove {first.removed:.0%} "
+            "of the motion inside"
         )
     return Exported(
         domain, timing, staging, gravity,
@@ -192,8 +192,8 @@ def write(context: bpy.types.Context, task: ExportTask, made: Exported, source: 
     group = item.splash_domain
     if task.temporary:
         warnings.append(
-            "The file is not saved, so the cache is in a temporary folder that Blender deletes "
-            "when it quits: save the file and export again to keep it"
+            "Save the file and export again: the cache is in a temporary folder that Blender "
+            "deletes when it quits"
         )
     group.cache, group.frame, group.is_temporary = str(task.cache), frame, task.temporary
     group.state = fluid_domain.state_of(item, context.scene)

@@ -34,7 +34,7 @@ from ..scene.objects import Handle, SceneError, check_writable, select_only
 from ..scene.obstacles import obstacles_key, obstacles_of
 from ..scene.stroke_objects import read_sketch
 from ..scene.targets import Target, others_of
-from . import dependencies, loaded_generator, looks, refine, scheduler
+from . import compile_ahead, dependencies, loaded_generator, looks, refine, scheduler
 from .progress import part_of
 
 if TYPE_CHECKING:
@@ -124,7 +124,8 @@ def snapshot(
     Raises StrokeError for strokes that no splash can be made of, SceneError where the result
     could not be computed or written.
     """
-    check_packages()
+    dependencies.check()
+    compile_ahead.want()
     context.view_layer.update()  # world matrices after moves by script
     sketch, splash, layer, others = target
     if splash is not None:
@@ -189,20 +190,11 @@ def kept_frame(record: Any, moved: np.ndarray) -> Frame | None:
     return frame if np.array_equal(moved, np.eye(4)) else frame.moved(moved)
 
 
-def check_packages() -> None:
-    """Raise SceneError if a package is missing without which nothing can be computed."""
-    if missing := dependencies.missing_packages():
-        raise SceneError(
-            f"Not installed: {', '.join(missing)}. The Splash tab in the sidebar shows how to "
-            "install what is missing"
-        )
-
-
 def lost_layer(layer: str, sketch: bpy.types.Object) -> str:
     """Return the message for a splash whose layer is gone."""
     return (
-        f"Layer '{layer}' of '{sketch.name}' was deleted or renamed, so its splash stays as it "
-        "is. Choose another layer in the Last Run panel, or delete the splash"
+        f"Choose another layer in the Last Run panel: '{layer}' of '{sketch.name}' was deleted or "
+        "renamed, so the splash stays"
     )
 
 
@@ -248,6 +240,7 @@ def compute(request: Request, report: Report) -> Result:
 
     start = time.perf_counter()
     settings = request.settings
+    report = compile_ahead.started(bool(request.refinements), report)
     report("Reading the strokes", 0.0)
     frame = stored_frame(request)
     strokes, stroke_warnings = strokes_from_drawings(

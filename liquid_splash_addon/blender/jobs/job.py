@@ -27,11 +27,13 @@ class Job:
     Attributes
     ----------
     stage, fraction : what the work last reported
+    begun : when it was started, of time.monotonic
     """
 
     def __init__(self, work: Callable[[Report], Any]) -> None:
         """Start ``work(report)``; once :meth:`cancel` was called, its next ``report`` ends it."""
         self.stage, self.fraction = "Starting", 0.0
+        self.begun = time.monotonic()
         self._work = work
         self._result: Any = None
         self._error: BaseException | None = None

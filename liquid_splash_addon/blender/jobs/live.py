@@ -32,6 +32,9 @@ _asked: tuple[object, ...] = ()
 
 _said = ""
 
+_brush_was_down = False
+"""Whether a brush was down at the last change."""
+
 
 def said() -> str:
     """Return what was made last, or what went wrong, in words."""
@@ -89,7 +92,7 @@ def follow(target: Target) -> None:
     is_made = splash is not None and evaluated.is_made_of(splash, request.digest)
     if is_new and request.drawings and (not is_made or is_making()):
         draft_then_full.make(target, tell, rest=REST, is_step=False)
-        work_queue.tick()  # begin at once: a timer would first wait for the viewport
+        work_queue.begin()  # a timer would first wait for the viewport
 
 
 def tell(sentence: str) -> None:
@@ -106,8 +109,16 @@ def notice() -> None:
 
 @bpy.app.handlers.persistent
 def after_change(scene: bpy.types.Scene, _graph: Any = None) -> None:
-    """Look soon after any change of a scene that is live."""
-    if scene.splash.live and not work_queue.is_immediate() and not work_queue.is_rendering():
+    """Look soon after any change of a scene that is live; at once when a brush was lifted.
+
+    Timers wait until Blender has drawn the viewport, which may take as long as a draft: so both
+    are done side by side.
+    """
+    global _brush_was_down
+    if not scene.splash.live or work_queue.is_immediate() or work_queue.is_rendering():
+        return
+    was_down, _brush_was_down = _brush_was_down, is_drawing()
+    if not was_down or _brush_was_down or look() is not None:
         notice()
 
 
@@ -122,8 +133,8 @@ def after_undo(scene: bpy.types.Scene, graph: Any = None) -> None:
 @bpy.app.handlers.persistent
 def forget(_file: Any = None, _unused: Any = None) -> None:
     """Know nothing of a file that is going."""
-    global _asked, _said
-    _asked, _said = (), ""
+    global _asked, _said, _brush_was_down
+    _asked, _said, _brush_was_down = (), "", False
 
 
 def handlers() -> list[tuple[Any, Any]]:

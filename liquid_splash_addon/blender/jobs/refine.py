@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ...core import compiled_code
 from ...core.refinement.viscous import for_liquid
 from ..data import stored_liquid
 from ..data.frame_text import frame_from_text
@@ -21,7 +22,7 @@ from ..data.refinements import steps_of
 from ..scene import drop_points, evaluated, mesh_object, motion
 from ..scene.objects import SceneError, check_writable
 from ..scene.obstacles import obstacles_key, obstacles_of
-from . import looks, scheduler
+from . import compile_ahead, looks, scheduler
 
 if TYPE_CHECKING:
     from ...core.composition.drops import Drops
@@ -150,6 +151,7 @@ def waves_of(task: Task) -> list[WaveSettings]:
 
 def compute(task: Task, report: Report) -> Outcome:
     """Refine, without bpy. Raises ValueError for damaged fields."""
+    report = compile_ahead.wait_for(compiled_code.REFINED, report)
     return outcome_of(task, refiner_of(task).refine(task.steps, report, look_of(task)))
 
 

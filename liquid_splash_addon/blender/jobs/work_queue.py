@@ -12,6 +12,7 @@ flight need no tracking. Nothing is written while a render or a bake runs.
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -25,6 +26,9 @@ from .job import STOP_SECONDS, Job, redraw_sidebars
 
 if TYPE_CHECKING:
     from ...core.progress import Report
+
+LONG = 3
+"""Seconds from which a piece of work says how many it has taken, so that its line moves."""
 
 TICK = 0.03
 """Seconds between two looks at the thread."""
@@ -83,6 +87,12 @@ class Entry:
     def stage(self) -> str:
         """What is being done."""
         return "Waiting" if self.job is None else self.job.stage
+
+    @property
+    def line(self) -> str:
+        """What is being done, with the seconds that it has taken once they are many."""
+        seconds = 0 if self.job is None else int(time.monotonic() - self.job.begun)
+        return f"{self.stage}, {seconds} s" if seconds >= LONG else self.stage
 
     @property
     def fraction(self) -> float:
@@ -245,10 +255,19 @@ def tick() -> float | None:
         entry = lane.running
         if entry is not None and entry.is_ready and not entry.collected:
             _end(lane, entry)
-        while lane.running is None and lane.waiting:
-            _begin(lane, lane.waiting.pop(0))
+    begin()
     is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
     return TICK if is_busy else None
+
+
+def begin() -> None:
+    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way."""
+    for lane in _lanes:
+        entry = lane.running
+        if entry is not None and entry.is_stopping and entry.is_ready and not entry.collected:
+            lane.running = None
+        while lane.running is None and lane.waiting:
+            _begin(lane, lane.waiting.pop(0))
 
 
 def _end(lane: Lane, entry: Entry) -> None:

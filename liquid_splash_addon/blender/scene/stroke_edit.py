@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes that tools made into the drawings of Grease Pencil, with all that their sources have."""
+"""Strokes that tools made into where their sources lie, with all that those have."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ...core.sketch.drawing import tangents
 from ...core.sketch.flow import Flow
 from ...core.sketch.tools.tool import Derived
 from .chosen_strokes import ChosenStroke, bounds_of
-from .grease_pencil import layer_matrix
 from .objects import SceneError
 from .raw_strokes import BACKWARD, BEZIER, MULTIPLIER, POLY, PROFILE, SPEED
 from .sketch import append_values
+from .stroke_sheets import sheets_of
 
 FIELDS = ("value", "vector", "color")
 """Names under which attributes of one type or another keep their values."""
@@ -40,12 +40,11 @@ def write_derived(
 
     keep : whether the chosen strokes stay; else what is made takes their places
     """
+    sheets = {sheet.name: sheet for sheet in sheets_of(sketch)}
     for name in dict.fromkeys(stroke.layer for stroke in chosen):
-        layer = sketch.data.layers[name]
         ours = [derived for derived in made if chosen[derived.source].layer == name]
         replaced = [] if keep else [stroke.number for stroke in chosen if stroke.layer == name]
-        write_layer(layer.current_frame().drawing, layer_matrix(sketch, layer), chosen, ours,
-                    replaced)  # fmt: skip
+        write_layer(sheets[name].drawing, sheets[name].matrix, chosen, ours, replaced)
     sketch.data.update_tag()
     sketch.update_tag()
 
@@ -112,8 +111,9 @@ def write_shapes(drawing: Any, before: int, matrix: np.ndarray, made: Sequence[D
 
 def write_flow(sketch: bpy.types.Object, chosen: Sequence[ChosenStroke], flow: Flow) -> None:
     """Have strokes remember what the artist says of their speed."""
+    sheets = {sheet.name: sheet for sheet in sheets_of(sketch)}
     for name in dict.fromkeys(stroke.layer for stroke in chosen):
-        drawing = sketch.data.layers[name].current_frame().drawing
+        drawing = sheets[name].drawing
         numbers = [stroke.number for stroke in chosen if stroke.layer == name]
         for attribute, kind, value in (
             (MULTIPLIER, "FLOAT", flow.multiplier),
@@ -123,7 +123,7 @@ def write_flow(sketch: bpy.types.Object, chosen: Sequence[ChosenStroke], flow: F
             known = drawing.attributes.get(attribute)
             if known is not None and (known.domain, known.data_type) != ("CURVE", kind):
                 raise SceneError(
-                    f"Layer '{name}' has an attribute '{attribute}' of another type: remove it"
+                    f"{of_layer(name)} an attribute '{attribute}' of another type: remove it"
                 )
             if known is None:
                 drawing.attributes.new(attribute, kind, "CURVE")
@@ -132,6 +132,11 @@ def write_flow(sketch: bpy.types.Object, chosen: Sequence[ChosenStroke], flow: F
             drawing.attributes[attribute].data.foreach_set(column.field, column.values.ravel())
     sketch.data.update_tag()
     sketch.update_tag()
+
+
+def of_layer(name: str) -> str:
+    """Return how a sentence about a layer, or about curves without one, begins."""
+    return f"Layer '{name}' has" if name else "These curves have"
 
 
 def read_columns(drawing: Any) -> dict[str, Column]:

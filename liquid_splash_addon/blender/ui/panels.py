@@ -63,7 +63,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         if entry is None:
             main.operator(operators.SPLASH_OT_generate.bl_idname, icon="MOD_FLUIDSIM")
         else:  # in the button's place, so that nothing moves
-            main.progress(factor=entry.fraction, text=f"{entry.stage} (Esc to stop)")
+            main.progress(factor=entry.fraction, text=f"{entry.line} (Esc to stop)")
         splash = shown_splash(context)
         if splash is None:
             layout.prop(context.scene.splash, "start")
@@ -210,7 +210,7 @@ def draw_preparing(layout: Any, context: bpy.types.Context) -> None:
     compile_ahead.ask()
     ahead = compile_ahead.running()
     if ahead is not None:
-        layout.progress(factor=ahead.share, text="Preparing (first time only)")
+        layout.progress(factor=ahead.share, text=compile_ahead.PREPARING)
     draw_warnings(layout, context, compile_ahead.note())
 
 

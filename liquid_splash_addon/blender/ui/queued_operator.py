@@ -165,7 +165,7 @@ class QueuedOperator:
 
 def show_progress(context: bpy.types.Context, entry: Any) -> None:
     """Show the progress in the status bar, at the pointer and in the sidebars."""
-    text = f"Splash: {entry.stage} ({entry.fraction:.0%}). Press Esc to stop"
+    text = f"Splash: {entry.line} ({entry.fraction:.0%}). Press Esc to stop"
     context.workspace.status_text_set("Splash: stopping" if entry.is_stopping else text)
     context.window_manager.progress_update(100 * entry.fraction)
     redraw_sidebars()

@@ -17,10 +17,11 @@ from ..jobs.messages import sentence_for
 from ..jobs.work_queue import print_unexpected
 from ..scene.chosen_strokes import chosen_strokes
 from ..scene.stroke_edit import write_derived, write_flow
+from ..scene.stroke_sheets import TYPES
 from ..scene.view_axes import PIVOTS, SPACES, place_for
 from .panels import SplashPanel
 
-MODES = ("OBJECT", "EDIT", "PAINT_GREASE_PENCIL", "SCULPT_GREASE_PENCIL")
+MODES = ("OBJECT", "EDIT", "PAINT_GREASE_PENCIL", "SCULPT_GREASE_PENCIL", "SCULPT_CURVES")
 """Modes in which tools work; in others Blender keeps copies of its own."""
 
 ICONS = {
@@ -32,7 +33,12 @@ ICONS = {
     "REVERSE": "ARROW_LEFTRIGHT",
 }
 
-MENUS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_greasepencil_stroke", "VIEW3D_MT_paint_grease_pencil")
+MENUS = (
+    "VIEW3D_MT_object",
+    "VIEW3D_MT_edit_greasepencil_stroke",
+    "VIEW3D_MT_paint_grease_pencil",
+    "VIEW3D_MT_edit_curves",
+)
 """Blender's menus that get an entry, where they exist."""
 
 
@@ -45,8 +51,8 @@ class StrokeOperator:
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether the active object is a sketch, in a mode in which strokes can be changed."""
         active = context.active_object
-        if active is None or active.type != "GREASEPENCIL":
-            cls.poll_message_set("Select a Grease Pencil sketch")
+        if active is None or active.type not in TYPES:
+            cls.poll_message_set("Select a Grease Pencil sketch, or curves of the newer type")
             return False
         if active.mode not in MODES:
             cls.poll_message_set("Switch to Object, Edit or Draw Mode")
@@ -215,7 +221,7 @@ class SPLASH_PT_strokes(SplashPanel, bpy.types.Panel):
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether the active object is a sketch."""
         active = context.active_object
-        return active is not None and active.type == "GREASEPENCIL"
+        return active is not None and active.type in TYPES
 
     def draw(self, context: bpy.types.Context) -> None:
         """Show the tools, and the switch of the overlay."""
@@ -229,7 +235,7 @@ class SPLASH_PT_strokes(SplashPanel, bpy.types.Panel):
 def draw_in_menu(self: Any, context: bpy.types.Context) -> None:
     """Add the tools to a menu of Blender's, where strokes are what is worked on."""
     active = context.active_object
-    if active is not None and active.type == "GREASEPENCIL":
+    if active is not None and active.type in TYPES:
         self.layout.separator()
         self.layout.menu(SPLASH_MT_strokes.bl_idname)
 

@@ -123,6 +123,6 @@ def check_tied(header: dict[str, Any], classifier: PatchClassifier, path: Path) 
     """
     if header.get("patch_classifier_hash", classifier.weights_hash) != classifier.weights_hash:
         raise WeightsError(
-            f"{path} was trained with another patch classifier than the one beside it: put "
-            f"patch_classifier.safetensors of the same training next to it, or choose other weights"
+            f"{path} was trained with another patch classifier than the one beside it: copy both "
+            "of the same training"
         )

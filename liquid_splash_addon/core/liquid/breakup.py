@@ -3,14 +3,16 @@
 
 The slower a splash is drawn, the longer its liquid is in flight, and thin features do not last
 (paper, Fig. 7). The simulated liquid that generators learn from shows none of this: its cells are
-too coarse for surface tension. Here a disturbance grows as on a liquid thread (Rayleigh 1878),
-until the thread, or the sheet, has parted.
+too coarse for surface tension. Here a sheet parts as real ones do, in two steps: into ligaments
+along the flow, and each of these into drops (Villermaux 2007). Both disturbances grow as on a
+liquid thread (Rayleigh 1878), first at the free edge ahead and where the flow thins the film.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,45 +23,45 @@ from ..numeric.box_filter import mean_around
 from ..numeric.gradient import unit_gradient
 from ..numeric.threads import in_parts
 from ..settings import SplashSettings
-from ..sketch.strokes import Stroke, arc_length, resample
+from ..sketch.strokes import Stroke
 from .fields import AIR
+from .flight import ages_at, flown
 from .level_set import LevelSet
+from .streaks import along_flow, noise
 from .volume import filled_cells, shifted_to_volume
 
 GROWTH = 0.343
 """Rate at which the fastest disturbance of a thread of radius a grows, times
 sqrt(rho a^3 / sigma) (Rayleigh 1878)."""
 
-WAVENUMBER = 1.45
-"""Of the disturbances, times half the liquid's thickness. A thread's fastest has 0.697, but real
-liquid is thinner than cells show: with that, all gathers in drops as thick as the sheet is wide,
-and what has parted has less surface than before."""
+WAVENUMBER = 1.7
+"""Of the streaks, times half the liquid's thickness. A thread's fastest has 0.697, but real
+liquid is thinner than cells show: with that, ligaments are so few and thick that what has parted
+has less surface than before."""
 
 DISTURBANCE = 0.1
 """Size of the first disturbance over half the liquid's thickness: a splash is no quiet jet."""
 
-SLIGHT, GROWTH_MOST = 0.25, 5.0
+SLIGHT, GROWTH_MOST, MOST_EXPONENT = 0.25, 5.0, 12.0
 """Sizes over half the thickness up to which a grown disturbance does not matter, and beyond
-which it grows no more: all has parted by then."""
+which it grows no more: all has parted by then; and the exponent beyond which none is computed."""
 
 SWELLING = 2.0
 """Most by which liquid is thicker where it gathers, over half its thickness: a drop out of a
 thread has 1.9 times its radius, one out of a sheet three times."""
 
-FLIGHT = 0.25
-"""Longest path in metres that liquid is taken to have flown; a pen may go on for longer."""
-
-SLOWEST = 0.05
-"""m/s, the least speed of flight: a resting pen says nothing about when the liquid was there."""
-
 BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
 """Half thicknesses in metres, each with a disturbance of its own; in between they are mixed."""
 
-WAVES, LENGTHS = 20, (0.85, 1.15)
-"""Plane waves in each, and the range of their wavenumbers over the fastest's."""
+CALM = 0.7
+"""Rate of growth far from the front, where the flow does not thin the film, over the greatest."""
 
-NEAREST_POINTS = 4
-"""Points of strokes, the nearest ones, that tell how long liquid has flown."""
+LIGAMENTS, DROPS = 1.8, 5.5
+"""Exponents of growth between which ligaments that have formed part into drops: at the second,
+what disturbs them along the flow is as large as what parted the sheet across it."""
+
+SPACING = 2.0
+"""Cells between places across the flow at which its velocities are compared."""
 
 THICKNESS_WINDOW = 2
 """Cells to each side in which the liquid's thickness is sought."""
@@ -83,34 +85,25 @@ def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSetti
     half = np.maximum(half * liquid.grid.spacing, BANDS[0])
     thin = growth(rate, ages.max(), half) > 0  # so ages are asked for where they matter only
     cells, half = cells[thin], half[thin]
-    metres = liquid.grid.to_metres(cells + 0.5)
-    size = growth(rate, ages_at(metres, points, ages), half)
+    ages = ages_at(liquid.grid.to_metres(cells + 0.5), points, ages)
+    thin = growth(rate, ages, half) > 0
+    if not thin.any():
+        return liquid
+    cells, half, ages = cells[thin], half[thin], ages[thin]
+    places, normals = middle(liquid, cells, half)
+    waves = disturbance(liquid, places, half, settings.seed, settings.variation)
+    haste = CALM + (1 - CALM) * np.maximum(waves.front, thinning(liquid, places, normals, ages))
+    exponent = exponents(rate, ages, half) * haste
+    size = grown(exponent)
     parting = size > 0
     if not parting.any():
         return liquid
-    cells, half, size = cells[parting], half[parting], size[parting]
-    waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation)
     level = liquid.level.copy()
-    level[tuple(cells.T)] = parted(liquid, cells, half / liquid.grid.spacing, size, waves)
+    beads = np.clip((exponent - LIGAMENTS) / (DROPS - LIGAMENTS), 0, 1) * waves.beads
+    height = (size * (waves.streaks + beads))[parting]
+    cells, size = cells[parting], size[parting]
+    level[tuple(cells.T)] = parted(liquid, cells, half[parting] / liquid.grid.spacing, size, height)
     return replace(liquid, level=level)
-
-
-def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
-    """Return points along the strokes ``(n, 3)``, metres, and for how long liquid there has flown.
-
-    That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT metres at
-    the speed there, whichever is less.
-    """
-    points, ages = [np.zeros((0, 3))], [np.zeros(0)]
-    for stroke in strokes:
-        dense = resample(stroke, LOCAL_SPACING)
-        speed = np.linalg.norm(dense.velocities.astype(np.float64), axis=1)
-        pace = 1 / np.maximum(speed, SLOWEST)
-        steps = np.diff(arc_length(dense.points))
-        since = np.concatenate([[0.0], np.cumsum(steps * (pace[1:] + pace[:-1]) / 2)])
-        points.append(dense.points)
-        ages.append(np.minimum(since, FLIGHT * pace))
-    return np.concatenate(points), np.concatenate(ages)
 
 
 def growth(rate: float, ages: np.ndarray | float, half: np.ndarray | float) -> np.ndarray:
@@ -118,7 +111,16 @@ def growth(rate: float, ages: np.ndarray | float, half: np.ndarray | float) -> n
 
     rate : GROWTH sqrt(sigma / rho), m^1.5/s; ages : seconds; half : of the thickness, metres.
     """
-    exponent = np.minimum(rate * np.asarray(ages) / np.asarray(half) ** 1.5, 10.0)
+    return grown(exponents(rate, ages, half))
+
+
+def exponents(rate: float, ages: np.ndarray | float, half: np.ndarray | float) -> np.ndarray:
+    """Return the natural logarithm of how much a disturbance has grown, see :func:`growth`."""
+    return np.minimum(rate * np.asarray(ages) / np.asarray(half) ** 1.5, MOST_EXPONENT)
+
+
+def grown(exponent: np.ndarray) -> np.ndarray:
+    """Return the size of a disturbance over half the thickness, beyond what is SLIGHT."""
     return np.clip(DISTURBANCE * np.expm1(exponent) - SLIGHT, 0.0, GROWTH_MOST)
 
 
@@ -152,80 +154,99 @@ def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> No
         deepest[i, j, k] = -least
 
 
-def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndarray:
-    """Return for how long liquid at ``metres`` ``(n, 3)`` has flown, seconds ``(n,)``.
+def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the middle of the liquid is, as seen from ``cells`` ``(n, 3)``, and its normal.
 
-    A mean over the nearest points of strokes, see :func:`flown`, the nearer the more.
+    Places are in cells ``(n, 3)``; half : of the thickness, metres. A disturbance goes through all
+    of it.
     """
-    from scipy.spatial import cKDTree
-
-    count = min(NEAREST_POINTS, len(points))
-    away, nearest = cKDTree(points).query(metres, k=[*range(1, count + 1)], workers=-1)
-    weights = (away + LOCAL_SPACING) ** -2
-    return np.asarray((weights * ages[nearest]).sum(axis=1) / weights.sum(axis=1))
-
-
-def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """Return where the middle of the liquid is, as seen from ``cells`` ``(n, 3)``, metres.
-
-    half : of its thickness, metres. A disturbance goes through all of it.
-    """
-    spacing = liquid.grid.spacing
     inner = np.clip(cells, 1, np.array(liquid.level.shape) - 2)
-    depth = half / spacing + liquid.distance[tuple(cells.T)]
-    return np.asarray(
-        liquid.grid.to_metres(cells + 0.5 - unit_gradient(liquid.distance, inner) * depth[:, None])
-    )
+    depth = half / liquid.grid.spacing + liquid.distance[tuple(cells.T)]
+    normals = unit_gradient(liquid.distance, inner)
+    return cells + 0.5 - normals * depth[:, None], normals
 
 
-def disturbance(metres: np.ndarray, half: np.ndarray, seed: int, variation: float) -> np.ndarray:
-    """Return the disturbance at ``metres`` ``(n, 3)``, of mean square 1, float32 ``(n,)``.
+class Waves(NamedTuple):
+    """What disturbs liquid: float32 ``(n,)`` each, see :func:`along_flow`."""
 
-    Plane waves of random directions whose length is that of the fastest growth at each ``half``
-    thickness ``(n,)``, metres. The same on grids of any spacing. seed, variation : each seed's
-    waves lie elsewhere, by as much as the variation, 0..1, allows.
+    streaks: np.ndarray
+    beads: np.ndarray
+    front: np.ndarray
+
+
+def disturbance(
+    liquid: LevelSet, places: np.ndarray, half: np.ndarray, seed: int, variation: float
+) -> Waves:
+    """Return what disturbs the liquid at ``places`` ``(n, 3)``, cells.
+
+    Its wavelength is that of the fastest growth at each ``half`` thickness ``(n,)``, metres. It
+    is the same on grids of any spacing. seed, variation : see :func:`noise`.
     """
-    own, apart = np.random.default_rng(0), np.random.default_rng(seed)
-    height = np.zeros(len(metres), dtype=np.float32)
-    square = np.zeros(len(metres), dtype=np.float32)
-    steps = np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0])
+    grid, made = liquid.grid, noise(seed, variation)
+    # The noise lies in the local box, whatever the cells' number and the part of it shown.
+    shift = np.asarray(grid.origin) / grid.spacing
+    found = np.zeros((3, len(places)), dtype=np.float32)
+    square = np.zeros(len(places), dtype=np.float32)
+    steps = np.clip(np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0]), 0, len(BANDS) - 1)
     for number, size in enumerate(BANDS):
-        share = np.clip(1 - np.abs(np.clip(steps, 0, len(BANDS) - 1) - number), 0, 1)
-        directions = own.normal(size=(3, WAVES))
-        directions /= np.linalg.norm(directions, axis=0)
-        vectors = directions * WAVENUMBER / size * own.uniform(*LENGTHS, WAVES)
-        phases = own.uniform(0, 2 * np.pi, WAVES)
-        phases += variation * apart.uniform(0, 2 * np.pi, WAVES)
+        # Mixed halfway between two only: that spares most places one of them.
+        share = np.clip(1.5 - 2 * np.abs(steps - number), 0, 1).astype(np.float32)
         met = np.flatnonzero(share)
-        angle = (metres[met] @ vectors + phases).astype(np.float32)
-        height[met] += share[met] * np.cos(angle).sum(axis=1) * np.sqrt(2 / WAVES)
+        if not len(met):
+            continue
+        parts = along_flow(
+            made, places[met], shift, liquid.velocity, liquid.level,
+            2 * np.pi / WAVENUMBER * size, grid.spacing,
+        )  # fmt: skip
+        found[:, met] += share[met] * parts
         square[met] += share[met] ** 2
-    return height / np.sqrt(square)
+    found[:2] /= np.sqrt(square)
+    return Waves(*found)
+
+
+def thinning(
+    liquid: LevelSet, places: np.ndarray, normals: np.ndarray, ages: np.ndarray
+) -> np.ndarray:
+    """Return how much the flow has drawn the sheet apart across itself, 0..1, ``(n,)``.
+
+    That is the rate at which it does, times the time of flight: a fan of straight streamlines
+    from one point has 1. places : cells ``(n, 3)``; normals : of the sheet, ``(n, 3)``; ages : s.
+    """
+
+    def rates(begin: int, end: int) -> np.ndarray:
+        at = places[begin:end]
+        across = np.cross(normals[begin:end], liquid.flow_at(at))
+        across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+        apart = liquid.flow_at(at + SPACING * across) - liquid.flow_at(at - SPACING * across)
+        return np.asarray((apart * across).sum(axis=1) / (2 * SPACING))
+
+    liquid.flow_at(places[:1])  # what it keeps is made once, not by each thread
+    return np.clip(np.concatenate(in_parts(len(places), rates)) * ages, 0.0, 1.0)
 
 
 def parted(
-    liquid: LevelSet, cells: np.ndarray, half: np.ndarray, size: np.ndarray, waves: np.ndarray
+    liquid: LevelSet, cells: np.ndarray, half: np.ndarray, size: np.ndarray, height: np.ndarray
 ) -> np.ndarray:
     """Return the level, in cells, at ``cells`` ``(n, 3)``, with the disturbance and then rounded.
 
-    half : of the thickness, cells ``(n,)``; size : of the disturbance over it; waves : where it
-    is thinner (positive) and thicker. What is taken from the one is added to the other.
+    half : of the thickness, cells ``(n,)``; size : of the disturbance over it; height : what it
+    takes away (positive) and adds, over it. What is taken from the one is added to the other.
     """
     where = tuple(cells.T)
     distance, share = liquid.distance[where], np.minimum(size / SLIGHT, 1)
 
     def shifted(more: float) -> np.ndarray:
-        return distance + half * np.clip(size * (waves + more), -SWELLING, AIR)
+        return distance + half * np.clip(height + size * more, -SWELLING, AIR)
 
     level = liquid.level.copy()
     level[where] = (1 - share) * level[where] + share * shifted_to_volume(
         shifted, filled_cells(distance)
     )
+    volume = filled_cells(liquid.level[where])
     level[where] = rounded(level, where, share)
     # As steep as a distance again, for other thresholds than one half and for the fields'.
     even = LevelSet(level, liquid.velocity, liquid.grid).distance[where]
     level[where] = (1 - share) * level[where] + share * even
-    volume = filled_cells(liquid.level[where])
     return shifted_to_volume(lambda more: level[where] + share * more, volume)
 
 
@@ -233,7 +254,7 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     """Return the level at cells, rounded as surface tension does, by ``share`` ``(n,)`` of it.
 
     Threshold dynamics: liquid that is blurred and cut off anew moves as its mean curvature tells
-    (Merriman, Bence and Osher 1994), here by a value that keeps the volume.
+    (Merriman, Bence and Osher 1994). The volume is for the caller to keep.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -241,5 +262,4 @@ def rounded(level: np.ndarray, where: tuple[np.ndarray, ...], share: np.ndarray)
     inner = tuple(a - side.start for a, side in zip(where, box, strict=True))
     blurred = gaussian_filter(np.clip(0.5 - level[box], 0, 1), ROUNDING_BLUR)[inner]
     width = np.sqrt(2 * np.pi) * ROUNDING_BLUR  # cells over which a blurred plane's share falls
-    moved = (1 - share) * level[where] + share * (0.5 - blurred) * width
-    return shifted_to_volume(lambda more: moved + share * more, filled_cells(level[where]))
+    return np.asarray((1 - share) * level[where] + share * (0.5 - blurred) * width)

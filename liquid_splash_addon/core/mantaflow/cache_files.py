@@ -117,8 +117,8 @@ def write_frame(cache: Path, first: FirstFrame, timing: Timing) -> int:
 def cannot_write(cache: Path, error: OSError) -> str:
     """Return the sentence about a folder that cannot be written."""
     return (
-        f"The cache folder {cache} cannot be written ({error.strerror or error}): make room there, "
-        "or choose another folder in the domain's Cache panel, or save the file elsewhere"
+        f"The cache folder {cache} cannot be written ({error.strerror or error}): make room, or "
+        "choose another in the Cache panel"
     )
 
 

@@ -70,8 +70,8 @@ def domain_of(start: Start, settings: SimulationSettings, cell: float) -> Domain
     inner = int(np.ceil(side / cell))
     if inner > MOST_CELLS:
         raise ValueError(
-            f"The domain would be {inner} cells wide, more than the {MOST_CELLS} that there can "
-            "be: lower Resolution or Margin, or move the ground nearer to the splash"
+            f"Lower Resolution or Margin, or move the ground nearer: the domain would be {inner} "
+            f"cells wide, {MOST_CELLS} at most"
         )
     middle = (low + high) / 2
     corner = middle - (inner / 2 + OPEN_MARGIN) * cell

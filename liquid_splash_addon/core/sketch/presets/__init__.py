@@ -4,7 +4,8 @@
 ::
 
     pen      paths to strokes: the hand's speed, its asymmetry; what all presets share
-    flows    what liquid does by itself: streamlet, jet, sheet, wave
+    flows    what liquid does by itself: jet, sheet, wave
+    ribbons  streams: streamlet, bottle pour, collision
     rings    what stands or hangs around an axis: crown, skirt
     figures  what artists make of it: heart, butterfly, letter S
 """
@@ -15,8 +16,9 @@ from collections.abc import Callable
 
 from ..drawing import Drawing
 from .figures import Butterfly, Heart, LetterS
-from .flows import Jet, Sheet, Streamlet, Wave
+from .flows import Jet, Sheet, Wave
 from .pen import HAND_SPEED, SketchPreset, draw
+from .ribbons import BottlePour, Collision, Streamlet
 from .rings import Crown, Skirt
 
 __all__ = ["HAND_SPEED", "PRESETS", "SKETCHES", "SketchPreset", "example_sketch"]
@@ -31,20 +33,31 @@ PRESETS: dict[str, type[SketchPreset]] = {
     "HEART": Heart,
     "BUTTERFLY": Butterfly,
     "LETTER_S": LetterS,
+    "BOTTLE_POUR": BottlePour,
+    "COLLISION": Collision,
 }
 """All preset sketches by identifier."""
+
+MEASURED: dict[str, SketchPreset] = {
+    "CROWN": Crown(),
+    "JET": Jet(column=0.16, rim=0.0, jags=0.0, strokes=9),
+    "WAVE": Wave(jags=0.0, rounding=0.0, strokes=7),
+}
+"""The presets on which figures are measured, as they were when the first were."""
 
 
 def example_sketch(name: str = "crown") -> list[Drawing]:
     """Return a preset at its defaults, without asymmetry, all of its layers in one list.
 
-    All is drawn at HAND_SPEED. ValueError names the presets there are.
+    Those of MEASURED are as they were. All is drawn at HAND_SPEED. ValueError names the presets
+    there are.
     """
     preset = PRESETS.get(name.upper())
     if preset is None:
         known = ", ".join(identifier.lower() for identifier in PRESETS)
         raise ValueError(f"no sketch {name!r}: there are {known}")
-    return [draw(path) for paths in preset().paths().values() for path in paths]
+    chosen = MEASURED.get(name.upper()) or preset()
+    return [draw(path) for paths in chosen.paths().values() for path in paths]
 
 
 def crown() -> list[Drawing]:

@@ -13,8 +13,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...settings import setting
-from .flows import bundle
-from .pen import LONG, Paths, SketchPreset, shares, size_setting, strokes_setting
+from .pen import LONG, Paths, SketchPreset, shares, shortened, size_setting, strokes_setting
+from .ribbons import ribbon
 
 
 @dataclass(frozen=True)
@@ -31,19 +31,23 @@ class Heart(SketchPreset):
         low=0.0, high=3.0,
     )  # fmt: skip
     thickness: float = size_setting(
-        0.26, "Thickness", "Width of the line and its depth", low=0.1, high=0.8
+        0.45, "Thickness", "Width of the ribbon that the line is", low=0.1, high=0.8
     )
+    tilt: float = setting(
+        0.12, "Tilt", "Turns of the ribbon out of the heart's plane, towards the front",
+        low=-0.25, high=0.25,
+    )  # fmt: skip
     strokes: int = setting(
-        7, "Strokes", "Strokes of each half: more of them make fuller and smoother liquid",
+        6, "Strokes", "Strokes of each half: more of them make fuller and smoother liquid",
         low=4, high=10,
     )  # fmt: skip
 
     def paths(self) -> Paths:
         """Return the heart, from its cleft over both sides to the tip, and the streamlet."""
         outline = self.outline()
-        # Thinner where the halves meet, so that cleft and tip stay sharp.
-        radius = self.thickness / 2 * (0.3 + 0.7 * np.sin(np.pi * shares(LONG)) ** 0.7)
-        halves = bundle(outline, radius, self.strokes, 0.5)
+        # Narrower where the halves meet, so that cleft and tip stay sharp.
+        width = self.thickness * (0.25 + 0.75 * np.sin(np.pi * shares(LONG)) ** 0.7)
+        halves = ribbon(outline, width, self.strokes, (self.tilt, self.tilt), 0.2)
         halves = fitted(halves, self.width, self.height)
         mirrored = [half * [-1, 1, 1] for half in halves]
         layers = {"Heart": [half for pair in zip(halves, mirrored, strict=True) for half in pair]}
@@ -67,13 +71,11 @@ class Heart(SketchPreset):
             [-0.5 * self.pour * (1 - share) ** 1.5, 0 * share, self.pour * (1 - share**1.5)],
             axis=1,
         )
-        radius = 0.35 * self.thickness * (1 - 0.3 * share)
-        return bundle(cleft + centre, radius, 6, 0.3)
+        width = 0.6 * self.thickness * (1 - 0.6 * share)
+        return ribbon(cleft + centre, width, 6, (0.0, 0.4))
 
 
-FORE_RIM = np.array(
-    [(0.95, 0.14), (0.98, 0.36), (1.0, 0.6), (0.97, 0.84), (0.82, 0.98), (0.48, 0.94)]
-)
+FORE_RIM = np.array([(0.95, 0.14), (0.98, 0.36), (1.0, 0.6), (1.0, 0.84), (0.88, 1.0), (0.6, 1.0)])
 HIND_RIM = np.array(
     [(0.76, -0.2), (0.84, -0.4), (0.8, -0.66), (0.62, -0.88), (0.4, -0.98), (0.16, -0.86)]
 )
@@ -103,6 +105,14 @@ class Butterfly(SketchPreset):
         20.0, "Lift", "Degrees by which the wings are folded back, away from the front",
         low=-60.0, high=60.0,
     )  # fmt: skip
+    scallops: float = setting(
+        0.08, "Scallops", "How far the wings' rims dip between veins: share of their length",
+        low=0.0, high=0.5,
+    )  # fmt: skip
+    ruffle: float = setting(
+        0.03, "Ruffle", "How far the rims swing to and fro: share of the height",
+        low=0.0, high=0.2,
+    )  # fmt: skip
     wings: str = setting(
         "FOUR", "Wings", "What is one splash",
         items=(
@@ -111,7 +121,7 @@ class Butterfly(SketchPreset):
         ),
     )  # fmt: skip
     strokes: int = setting(
-        14, "Strokes", "Strokes of each side: more of them make fuller and smoother liquid",
+        16, "Strokes", "Strokes of each side: more of them make fuller and smoother liquid",
         low=10, high=20,
     )  # fmt: skip
 
@@ -133,10 +143,10 @@ class Butterfly(SketchPreset):
 
     def lifted(self, vein: np.ndarray) -> np.ndarray:
         """Return a flat vein ``(n, 3)`` as one of a wing that is bent and lifted."""
-        x, _, z = vein.T
+        x, y, z = vein.T
         turn = np.radians(self.lift)
         bulge = 0.05 * self.height * np.sin(np.pi * shares(len(x)))
-        return np.stack([np.cos(turn) * x, np.sin(turn) * x + bulge, z], axis=1)
+        return np.stack([np.cos(turn) * x, np.sin(turn) * x + bulge + y, z], axis=1)
 
     def veins(self, rim: np.ndarray, roots: np.ndarray, count: int) -> list[np.ndarray]:
         """Return flat strokes ``(n, 3)`` from the body to the rim of a wing.
@@ -144,7 +154,7 @@ class Butterfly(SketchPreset):
         rim, roots : ``(m, 2)`` and ``(2, 2)``, x and z, from the notch outwards.
         """
         share = shares()[:, None]
-        paths = []
+        paths: list[np.ndarray] = []
         for place in np.linspace(0.0, 1.0, count):
             corner = place * (len(rim) - 1)
             tip = np.array([np.interp(corner, np.arange(len(rim)), rim[:, n]) for n in range(2)])
@@ -153,45 +163,62 @@ class Butterfly(SketchPreset):
             # Veins leave the body sideways, then bend up or down to the rim.
             middle = root + (tip - root) * [0.6, 0.38]
             path = (1 - share) ** 2 * root + 2 * share * (1 - share) * middle + share**2 * tip
-            paths.append(np.insert(path, 1, 0.0, axis=1))
+            path = np.insert(path, 1, 0.0, axis=1)
+            # Every second vein is shorter, and ends before the others, not beside them.
+            dips = len(paths) % 2
+            path[:, 1] = self.ruffle * self.height * (1 - 2 * dips) * share[:, 0] ** 2
+            paths.append(shortened(path, 1 - self.scallops * dips))
         return paths
 
 
 @dataclass(frozen=True)
 class LetterS(SketchPreset):
-    """A letter S, written from its upper end."""
+    """A letter S, a ribbon that is written from its upper end."""
 
     label: ClassVar[str] = "Letter S"
-    about: ClassVar[str] = "A letter S, written in one sweep by several strokes"
+    about: ClassVar[str] = "A letter S: a ribbon written in one sweep, as by a broad pen"
 
     height: float = size_setting(2.0, "Height", "Height of the letter")
     width: float = size_setting(1.5, "Width", "Width of the letter, upright")
     thickness: float = size_setting(
-        0.3, "Thickness", "Width of the line and its depth", low=0.05, high=0.8
+        0.5, "Thickness", "Width of the ribbon that the line is", low=0.05, high=0.8
     )
     slant: float = setting(
         8.0, "Slant", "Degrees that the letter leans to the right", low=-30.0, high=45.0
     )
-    twist: float = setting(0.5, "Twist", "Turns of the strokes around the line", low=-3.0, high=3.0)
-    strokes: int = strokes_setting(8)
+    twist: float = setting(
+        0.3, "Twist", "Turns of the ribbon around the line on its way", low=-3.0, high=3.0
+    )
+    jags: float = setting(
+        0.06, "Jags", "How far the letter's end dips between strokes: share of its length",
+        low=0.0, high=0.3,
+    )  # fmt: skip
+    strokes: int = strokes_setting(7)
 
     def paths(self) -> Paths:
         """Return strokes side by side along the letter."""
         upper = half_letter()
         flat = np.concatenate([upper, -upper[-2::-1]]) * [self.width / 2, self.height / 2]
         centre = np.insert(flat, 1, 0.0, axis=1)
-        radius = np.full(len(centre), self.thickness / 2)
-        paths = bundle(centre, radius, self.strokes, self.twist)
+        width = self.thickness * (0.45 + 0.55 * np.sin(np.pi * shares(len(centre)) ** 0.8))
+        turns = (-self.twist / 2, self.twist / 2)
+        paths = ribbon(centre, width, self.strokes, turns, 0.15, self.jags)
         lean = np.eye(3)
         lean[2, 0] = np.tan(np.radians(self.slant))
-        return {"Letter S": [path @ lean for path in fitted(paths, self.width, self.height)]}
+        return {"Letter S": [path @ lean for path in fitted(paths, self.width, self.height, False)]}
 
 
-def fitted(paths: list[np.ndarray], width: float, height: float) -> list[np.ndarray]:
-    """Return paths ``(n, 3)``, scaled: up to ``width`` / 2 along +x, and ``height`` from z to z."""
+def fitted(
+    paths: list[np.ndarray], width: float, height: float, mirrored: bool = True
+) -> list[np.ndarray]:
+    """Return paths ``(n, 3)``, scaled: ``height`` from z to z, and ``width`` from x to x.
+
+    mirrored : what is made is one half of it, up to ``width`` / 2 along +x.
+    """
     together = np.concatenate(paths)
     low, high = together.min(axis=0), together.max(axis=0)
-    scale = np.array([width / 2 / high[0], 1.0, height / (high[2] - low[2])])
+    wide = 2 * high[0] if mirrored else high[0] - low[0]
+    scale = np.array([width / wide, 1.0, height / (high[2] - low[2])])
     return [path * scale for path in paths]
 
 

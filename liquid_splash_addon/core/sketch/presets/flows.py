@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Preset sketches of what liquid does by itself: streamlet, jet, sheet and wave."""
+"""Preset sketches of what liquid does by itself: jet, sheet and wave."""
 
 from __future__ import annotations
 
@@ -9,52 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...settings import setting
-from .pen import LONG, Paths, SketchPreset, shares, size_setting, strokes_setting
+from .pen import Paths, SketchPreset, jagged, shares, shortened, size_setting, strokes_setting
 from .rings import around
-
-
-def bundle(centre: np.ndarray, radius: np.ndarray, count: int, turns: float) -> list[np.ndarray]:
-    """Return ``count`` paths ``(n, 3)`` side by side along ``centre`` ``(n, 3)``.
-
-    The first runs in the middle, the others in a ring of ``radius`` ``(n,)`` around it, wound
-    ``turns`` times on their way.
-    """
-    along = np.gradient(centre, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    side = np.cross(along, [0.0, 1.0, 0.0])
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
-    up = np.cross(side, along)
-    paths = [centre]
-    for n in range(count - 1):
-        angle = 2 * np.pi * (n / (count - 1) + turns * shares(len(centre)))
-        ring = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up
-        paths.append(centre + radius[:, None] * ring)
-    return paths
-
-
-@dataclass(frozen=True)
-class Streamlet(SketchPreset):
-    """A streamlet: liquid poured through the air."""
-
-    label: ClassVar[str] = "Streamlet"
-    about: ClassVar[str] = "A thin stream of liquid, poured or thrown through the air in an arc"
-
-    length: float = size_setting(2.0, "Length", "Distance that the stream covers")
-    height: float = size_setting(0.6, "Height", "Height of the arc above its ends", low=0.0)
-    thickness: float = size_setting(0.24, "Thickness", "Diameter of the stream", low=0.05, high=1.0)
-    twist: float = setting(
-        0.25, "Twist", "Turns of the strokes around the stream", low=-2.0, high=2.0
-    )
-    strokes: int = strokes_setting(7)
-
-    def paths(self) -> Paths:
-        """Return a bundle of strokes along +x, widening to its front."""
-        share = shares(LONG)
-        centre = np.stack(
-            [self.length * (share - 0.5), 0 * share, 4 * self.height * share * (1 - share)], axis=1
-        )
-        radius = self.thickness / 2 * (0.7 + 0.3 * share)
-        return {"Streamlet": bundle(centre, radius, self.strokes, self.twist)}
 
 
 @dataclass(frozen=True)
@@ -69,17 +25,36 @@ class Jet(SketchPreset):
     lift: float = setting(
         0.12, "Lift", "How high the liquid springs off again, in Blender units", low=0.0, high=1.0
     )
-    strokes: int = strokes_setting(9)
+    column: float = setting(
+        0.08, "Column", "Diameter of the jet where it lands, in Blender units", low=0.02, high=0.4
+    )
+    rim: float = setting(
+        0.4, "Rim", "How high the edge of the spread liquid rises, in Blender units",
+        low=0.0, high=0.8,
+    )  # fmt: skip
+    jags: float = setting(
+        0.12, "Jags", "How far the edge dips between strokes: share of their length",
+        low=0.0, high=0.5,
+    )  # fmt: skip
+    strokes: int = strokes_setting(16)
 
     def paths(self) -> Paths:
         """Return strokes down the axis and out to all sides."""
         share = shares()
         bend = np.clip((share - 0.35) / 0.65, 0, 1)
-        radius = 0.08 + (self.width / 2 - 0.08) * bend**1.2
+        thin = 0.08 - (0.08 - self.column / 2) * np.minimum(share / 0.35, 1.0)
+        radius = thin + (self.width / 2 - thin) * bend**1.2
         fall = np.minimum(share / 0.4, 1.0) ** 1.2
         height = self.height - (self.height + 0.1) * fall + self.lift * np.sin(bend * np.pi)
+        height = height + self.rim * bend**3
         angles = 2 * np.pi * np.arange(self.strokes) / self.strokes
-        return {"Jet": [around(angle, radius, height) for angle in angles]}
+        lengths = 1 - self.jags * (np.arange(self.strokes) % 2)
+        return {
+            "Jet": [
+                shortened(around(angle, radius, height), length)
+                for angle, length in zip(angles, lengths, strict=True)
+            ]
+        }
 
 
 @dataclass(frozen=True)
@@ -97,6 +72,10 @@ class Sheet(SketchPreset):
         0.2, "Cup", "How far the sides are bent up, over the width: 0 for a flat sheet",
         low=-0.5, high=0.5,
     )  # fmt: skip
+    jags: float = setting(
+        0.15, "Jags", "How far the front dips between strokes: share of the length",
+        low=0.0, high=0.5,
+    )  # fmt: skip
     strokes: int = strokes_setting(9)
 
     def paths(self) -> Paths:
@@ -109,7 +88,7 @@ class Sheet(SketchPreset):
             x = self.length * share * (1 - 0.6 * across**2 * share)
             z = self.height * np.sin(share * np.pi / 2) + 4 * self.cup * across**2 * broad
             paths.append(np.stack([x, across * broad, z], axis=1))
-        return {"Sheet": paths}
+        return {"Sheet": jagged(paths, self.jags)}
 
 
 @dataclass(frozen=True)
@@ -127,7 +106,15 @@ class Wave(SketchPreset):
     curl: float = setting(
         198.0, "Curl", "Degrees around which the front has come", low=90.0, high=330.0
     )
-    strokes: int = strokes_setting(7)
+    jags: float = setting(
+        0.14, "Jags", "How far the front dips between strokes: share of their length",
+        low=0.0, high=0.5,
+    )  # fmt: skip
+    rounding: float = setting(
+        0.22, "Rounding", "How far the sides stay behind the middle: share of the length",
+        low=0.0, high=0.6,
+    )  # fmt: skip
+    strokes: int = strokes_setting(9)
 
     def paths(self) -> Paths:
         """Return strokes from the foot up and over along +x, from one side to the other."""
@@ -140,6 +127,8 @@ class Wave(SketchPreset):
         for across in np.linspace(-0.5, 0.5, self.strokes):
             x = -self.length / 2 * radius * np.cos(angle)
             z = tall * radius * np.sin(angle) * (0.85 + 0.1 * np.cos(1.6 * across)) / 0.95
-            y = across * self.width / 1.5 * (1 + 0.5 * share)
+            y = across * (1 + 0.5 * share)
             paths.append(np.stack([x, y, z], axis=1))
-        return {"Wave": paths}
+        paths = jagged(paths, self.jags, self.rounding)
+        wide = self.width / max(2 * np.abs(path[:, 1]).max() for path in paths)
+        return {"Wave": [path * [1.0, wide, 1.0] for path in paths]}

@@ -121,6 +121,20 @@ def shortened(path: np.ndarray, share: float) -> np.ndarray:
     return np.stack([np.interp(places, along, path[:, axis]) for axis in range(3)], axis=1)
 
 
+def jagged(paths: list[np.ndarray], jags: float, rounding: float = 0.0) -> list[np.ndarray]:
+    """Return paths ``(n, 3)`` that lie side by side, of lengths that make a front with points.
+
+    jags : share by which every second one is shorter, counted from the middle; rounding : share by
+    which the outermost are shorter than those in the middle.
+    """
+    middle = (len(paths) - 1) / 2
+    lengths = [
+        (1 - jags * (int(abs(n - middle)) % 2)) * (1 - rounding * ((n - middle) / middle) ** 2)
+        for n in range(len(paths))
+    ]
+    return [shortened(path, length) for path, length in zip(paths, lengths, strict=True)]
+
+
 def shares(points: int = POINTS) -> np.ndarray:
     """Return numbers from 0 to 1, one a point, float64 ``(points,)``."""
     return np.linspace(0.0, 1.0, points)

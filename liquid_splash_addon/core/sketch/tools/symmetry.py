@@ -65,12 +65,13 @@ class Spin(StrokeTool):
         low=0.0, high=1000.0, soft=2.0,
     )  # fmt: skip
     dip: float = setting(
-        0.25, "Dip", "Share of its length that every second stroke of a profile is shorter: points "
-        "of a crown, and dips between them", low=0.0, high=0.9,
+        0.25, "Dip", "Share of its length that every second stroke is shorter: points of a crown, "
+        "and dips between them. Only of a single profile: several bring points of their own",
+        low=0.0, high=0.9,
     )  # fmt: skip
     lean: float = setting(
         0.2, "Lean", "How far neighbours lean to each other in pairs, share of the angle between "
-        "them: liquid gathers in the points", low=0.0, high=0.5,
+        "them: liquid gathers in the points. Only of a single profile", low=0.0, high=0.5,
     )  # fmt: skip
     swirl: float = setting(
         0.0, "Swirl", "Degrees that strokes turn around the axis on their way",
@@ -105,7 +106,12 @@ class Spin(StrokeTool):
         return made
 
     def copies(self, profiles: int, rng: np.random.Generator) -> list[Copy]:
-        """Return how each stroke differs from its profile; the first not at all."""
+        """Return how each stroke differs from its profile; the first not at all.
+
+        Profiles that take turns differ already: with dips and pairs on top of that, neighbours
+        would be so far apart that no sheet spans them.
+        """
+        dip, lean = (self.dip, self.lean) if profiles == 1 else (0.0, 0.0)
         is_closed = abs(self.angle) == 360.0
         step = np.radians(self.angle) / (self.count if is_closed else self.count - 1)
         shorter, haste, stray = rng.uniform(-1, 1, (3, self.count)) * self.variation
@@ -115,8 +121,8 @@ class Spin(StrokeTool):
             if n > 0:
                 # The first of each pair leans forward, its neighbour back; by the difference
                 # between both, as the first stays where it was drawn.
-                angle += self.lean * step * ((-1) ** n - 1) + STRAY * step * stray[n]
-            length = 1 - self.dip * (n // profiles % 2)
+                angle += lean * step * ((-1) ** n - 1) + STRAY * step * stray[n]
+            length = 1 - dip * (n % 2)
             if n > 0:
                 length *= 1 - SHORTER * abs(shorter[n]) ** 2 / max(self.variation, 1e-9)
             found.append(
