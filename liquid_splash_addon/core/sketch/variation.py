@@ -17,22 +17,22 @@ import numpy as np
 from ..grid import LOCAL_CELLS, LOCAL_SPACING
 from .strokes import Stroke, arc_length, resample
 
-SWAY = 1.3 * LOCAL_SPACING
+SWAY = 1.7 * LOCAL_SPACING
 """Root mean square by which the ends of strokes are moved at full variation, m."""
 
-MOST_SWAY = 2.0 * LOCAL_SPACING
+MOST_SWAY = 2.3 * LOCAL_SPACING
 """What no point is moved farther than, m."""
 
-FARTHER, SPREAD = 0.05, 0.12
+FARTHER, SPREAD = 0.06, 0.18
 """Mean share of their length by which strokes fly farther at full variation, and its spread."""
 
-SHORTEST, LONGEST = -0.08, 0.22
+SHORTEST, LONGEST = -0.08, 0.3
 """Share of its length by which a stroke may be shorter or longer: the drawn ones stay covered."""
 
 WAVES = 8
 """Plane waves that a random field is the sum of."""
 
-LEAST_WAVE, MOST_WAVE = 0.4, 1.2
+LEAST_WAVE, MOST_WAVE = 0.35, 0.9
 """Their lengths over the sketch's size."""
 
 WALL = 4 * LOCAL_SPACING
