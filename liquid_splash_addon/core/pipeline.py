@@ -23,6 +23,7 @@ from .progress import Report, silent
 from .settings import SplashSettings
 from .sketch.local_frame import Frame, fit_frame
 from .sketch.strokes import Stroke, StrokeError, check_strokes, resampled_points
+from .sketch.variation import varied
 
 if TYPE_CHECKING:
     from .generator.generator import Generator
@@ -84,12 +85,13 @@ def make_splash(
     frame = prepare_frame(strokes, settings, frame)
     grid = Grid.local(settings.cells)
     local = frame.strokes_to_local(strokes, settings.speed_gain)
-    condition = generator.condition(local, grid)
+    flown = varied(local, settings.seed, settings.variation)
+    condition = generator.condition(flown, grid)
     report("Generating liquid", 0.1)
     latent = draw_latent(generator.config, settings.seed, settings.variation)
     local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
     fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = shaped(fields, local, settings)
+    fields = shaped(fields, flown, settings)
     if settings.divergence_free:
         fields = without_divergence(fields, settings.surface_threshold)
     fields = fields.round_off()

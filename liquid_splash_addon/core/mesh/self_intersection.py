@@ -36,17 +36,30 @@ def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.nd
     before : ``(n, 3)``, without crossing faces; faces : int ``(m, 3)``.
     """
     share = np.ones((len(moved), 1))
-    there = moved
+    there, near = moved, faces
     for _ in range(MOST_RETREATS):
-        crossed = crossing_faces(there, faces)
+        crossed = crossing_faces(there, near)
         if not crossed.any():
             break
         touched = np.zeros(len(moved), dtype=bool)
-        touched[faces[crossed]] = True
+        touched[near[crossed]] = True
         touched[faces[touched[faces].any(axis=1)]] = True
         share[touched] *= KEPT_SHARE
         there = before + share * (moved - before)
+        # Elsewhere nothing crossed, and nothing has moved since.
+        near = faces[faces_beside(there, faces, touched[faces].any(axis=1))]
     return there
+
+
+def faces_beside(vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return which faces may meet one of the chosen faces, theirs too, bool ``(m,)`` each."""
+    points = vertices.astype(np.float64)
+    points -= points.min(axis=0)
+    bounds, mean = _bounds(points, faces)
+    extent = points.max(axis=0)
+    side = max(BOX_SIZE * mean, float(np.cbrt(np.prod(extent + mean) / MOST_FACE_BOXES)))
+    size = tuple(int(n) + 1 for n in extent / side)
+    return np.asarray(_beside(bounds, chosen, np.float32(1 / side), size))
 
 
 def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -111,6 +124,25 @@ def _boxes(bounds, scale, size):
                     owners[total] = f
                     total += 1
     return keys, owners
+
+
+@njit(cache=True)
+def _beside(bounds, chosen, scale, size):
+    """Return which faces' bounds share a box with those of a chosen face, bool ``(m,)``."""
+    taken = np.zeros((size[0], size[1], size[2]), dtype=np.bool_)
+    found = chosen.copy()
+    for marks in (True, False):
+        for f in range(len(bounds)):
+            if chosen[f] != marks:
+                continue
+            for i in range(int(scale * bounds[f, 0]), int(scale * bounds[f, 3]) + 1):
+                for j in range(int(scale * bounds[f, 1]), int(scale * bounds[f, 4]) + 1):
+                    for k in range(int(scale * bounds[f, 2]), int(scale * bounds[f, 5]) + 1):
+                        if marks:
+                            taken[i, j, k] = True
+                        elif taken[i, j, k]:
+                            found[f] = True
+    return found
 
 
 @njit(cache=True)

@@ -84,26 +84,33 @@ def grow(
     rim : the rim's radius at each vertex, m; cell : m; drops : that fly free already. Fingers
     that would meet other liquid are left out.
     """
-    from scipy.spatial import cKDTree
-
     rng = np.random.default_rng([settings.seed, 1])
-    tree = cKDTree(mesh.vertices)
+    tree = quick_tree(mesh.vertices)
     roots = find_roots(mesh, tree, middles, found, rim, settings, rng)
     roots = [root for root in roots if is_clear(root, drops)]
     if not roots:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
+    tubes = [tube(root, mesh.vertices[root.ring].astype(np.float64)) for root in roots]
     for _ in range(3):
-        grown, radii, owner = with_fingers(mesh, roots)
-        close = beside(grown, len(mesh.vertices), roots)
+        grown, radii, owner = with_fingers(mesh, roots, tubes)
+        close = beside(grown, tree, roots)
         bad = np.unique(owner[close][crossing_faces(grown.vertices, grown.faces[close])])
         bad = set(bad[bad >= 0].tolist())
         if not bad:
             break
-        roots = [root for number, root in enumerate(roots) if number not in bad]
+        left = [number for number in range(len(roots)) if number not in bad]
+        roots, tubes = [roots[n] for n in left], [tubes[n] for n in left]
     else:
         return mesh, np.zeros(0, dtype=np.float32), DropCloud.empty()
-    others = cKDTree(grown.vertices[len(mesh.vertices) :])
+    others = quick_tree(grown.vertices[len(mesh.vertices) :])
     return grown, radii, shed(grown, [tree, others], roots, settings, cell, rng, drops)
+
+
+def quick_tree(points: np.ndarray) -> cKDTree:
+    """Return a tree of points ``(n, 3)`` that is built faster than it is searched."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def is_clear(root: Root, drops: DropCloud) -> bool:
@@ -114,17 +121,17 @@ def is_clear(root: Root, drops: DropCloud) -> bool:
     return bool((away > drops.radii + 2.5 * root.radius).all())
 
 
-def beside(mesh: Mesh, count: int, roots: list[Root]) -> np.ndarray:
+def beside(mesh: Mesh, tree: cKDTree, roots: list[Root]) -> np.ndarray:
     """Return which faces have a vertex near a finger, bool ``(m,)``: only they may be crossed.
 
-    count : vertices before the fingers grew.
+    tree : of the vertices before the fingers grew, which come first.
     """
     near = np.zeros(len(mesh.vertices), dtype=bool)
-    near[count:] = True
-    for root in roots:
-        reach = root.length + 6 * root.radius
-        middle = root.place + 0.5 * root.length * root.along
-        near |= (np.abs(mesh.vertices - middle.astype(np.float32)) < 0.7 * reach).all(axis=1)
+    near[tree.n :] = True
+    middles = [root.place + 0.5 * root.length * root.along for root in roots]
+    reaches = [0.7 * (root.length + 6 * root.radius) for root in roots]
+    for found in tree.query_ball_point(middles, reaches, p=np.inf):
+        near[found] = True
     return np.asarray(near[mesh.faces].any(axis=1))
 
 
@@ -229,9 +236,12 @@ def turns_once(points: np.ndarray, ring: list[int], along: np.ndarray) -> bool:
     return bool((steps > 0.2).all() and abs(angles[-1] - angles[0] - 2 * np.pi) < 1e-3)
 
 
-def with_fingers(mesh: Mesh, roots: list[Root]) -> tuple[Mesh, np.ndarray, np.ndarray]:
+def with_fingers(
+    mesh: Mesh, roots: list[Root], tubes: list[tuple[np.ndarray, ...]]
+) -> tuple[Mesh, np.ndarray, np.ndarray]:
     """Return the mesh with fingers, their radius at each new vertex and the owner of each face.
 
+    tubes : of :func:`tube`, for each root.
     The owner is the number of the root, -1 for the faces of the mesh.
     """
     vertices, velocities = [mesh.vertices.copy()], [mesh.velocities]
@@ -241,8 +251,9 @@ def with_fingers(mesh: Mesh, roots: list[Root]) -> tuple[Mesh, np.ndarray, np.nd
     kept = ~is_tip[mesh.faces].any(axis=1)
     faces, owner = [mesh.faces[kept]], [np.full(int(kept.sum()), -1)]
     radii, count = [np.zeros(0, dtype=np.float32)], len(mesh.vertices)
-    for number, root in enumerate(roots):
-        points, triangles, end = tube(root, mesh.vertices[root.ring].astype(np.float64), count)
+    for number, (root, made) in enumerate(zip(roots, tubes, strict=True)):
+        points, triangles, end = made
+        triangles = np.where(triangles < 0, -1 - triangles, triangles + count)
         vertices[0][root.tip] = end
         vertices.append(points.astype(np.float32))
         velocities.append(np.tile(root.velocity, (len(points), 1)).astype(np.float32))
@@ -250,17 +261,18 @@ def with_fingers(mesh: Mesh, roots: list[Root]) -> tuple[Mesh, np.ndarray, np.nd
         owner.append(np.full(len(triangles), number))
         radii.append(np.full(len(points), root.radius, dtype=np.float32))
         count += len(points)
-    made = Mesh(
+    grown = Mesh(
         np.concatenate(vertices), np.concatenate(faces).astype(np.int32),
         np.concatenate(velocities).astype(np.float32),
     )  # fmt: skip
-    return made, np.concatenate(radii), np.concatenate(owner)
+    return grown, np.concatenate(radii), np.concatenate(owner)
 
 
-def tube(root: Root, ring: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def tube(root: Root, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the vertices ``(m, 3)`` and faces of a finger, and the place of its tip.
 
-    ring : ``(k, 3)``, places of the ring's vertices; count : number of the first new vertex.
+    ring : ``(k, 3)``, places of the ring's vertices. Faces number the finger's own vertices from 0;
+    a vertex v that was there before is -1 - v.
     """
     middle = ring.mean(axis=0)
     angles = angles_of(ring, middle, root.along)
@@ -271,7 +283,7 @@ def tube(root: Root, ring: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarr
     lift = float(((ring - middle) @ root.along).max())
     heights, widths = profile(root, wide, lift)
     points = middle + heights[:, None, None] * root.along + widths[:, None, None] * around
-    faces = tube_faces(root, len(heights), len(angles), count)
+    faces = tube_faces(root, len(heights), len(angles))
     return points.reshape(-1, 3), faces, middle + (heights[-1] + 0.35 * widths[-1]) * root.along
 
 
@@ -292,24 +304,23 @@ def profile(root: Root, wide: float, lift: float) -> tuple[np.ndarray, np.ndarra
     return heights, np.concatenate([neck, cap])
 
 
-def tube_faces(root: Root, rings: int, around: int, count: int) -> np.ndarray:
+def tube_faces(root: Root, rings: int, around: int) -> np.ndarray:
     """Return the faces of a tube of ``rings`` rings of ``around`` vertices, and its tip."""
-    faces, ring = [], root.ring
-    for i in range(len(ring)):
-        v, w = ring[i], ring[(i + 1) % len(ring)]
-        a, b, c = count + 2 * i, count + 2 * i + 1, count + (2 * i + 2) % around
-        faces += [(v, b, a), (v, w, b), (w, c, b)]
     here = np.arange(around)
     after = (here + 1) % around
-    for level in range(rings - 1):
-        low, high = count + level * around, count + (level + 1) * around
-        faces += np.stack([low + here, low + after, high + after], axis=1).tolist()
-        faces += np.stack([low + here, high + after, high + here], axis=1).tolist()
-    last = count + (rings - 1) * around
-    faces += [
-        (last + a, last + b, root.tip) for a, b in zip(here.tolist(), after.tolist(), strict=True)
+    low = around * np.arange(rings - 1)[:, None]
+    high = low + around
+    sides = [
+        np.stack(np.broadcast_arrays(low + here, low + after, high + after), axis=-1),
+        np.stack(np.broadcast_arrays(low + here, high + after, high + here), axis=-1),
     ]
-    return np.array(faces, dtype=np.int32)
+    v = -1 - np.array(root.ring)
+    w, a = np.roll(v, -1), here[::2]
+    foot = [(v, a + 1, a), (v, w, a + 1), (w, after[1::2], a + 1)]
+    tip = np.full(around, -1 - root.tip)
+    last = (rings - 1) * around
+    parts = [*(np.stack(part, axis=1) for part in foot), *(part.reshape(-1, 3) for part in sides)]
+    return np.concatenate([*parts, np.stack([last + here, last + after, tip], axis=1)])
 
 
 def shed(

@@ -20,6 +20,19 @@ def smooth(values, first, near, factors):
     count, width = values.shape
     there = np.empty_like(values)
     for factor in factors:
+        if width == 3:  # places: their neighbours are looked up once, not three times
+            for v in range(count):
+                begin, end = first[v], first[v + 1]
+                x, y, z = np.float32(0), np.float32(0), np.float32(0)
+                for e in range(begin, end):
+                    u = near[e]
+                    x, y, z = x + values[u, 0], y + values[u, 1], z + values[u, 2]
+                share, number = factor / max(end - begin, 1), np.float32(end - begin)
+                there[v, 0] = values[v, 0] + share * (x - number * values[v, 0])
+                there[v, 1] = values[v, 1] + share * (y - number * values[v, 1])
+                there[v, 2] = values[v, 2] + share * (z - number * values[v, 2])
+            values[:] = there
+            continue
         for v in range(count):
             begin, end = first[v], first[v + 1]
             share = factor / max(end - begin, 1)

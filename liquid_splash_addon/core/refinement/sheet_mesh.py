@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.laplacian import Laplacian, laplacian, mean_curvature
-from ..mesh.local_thickness import thickness_and_clearance
+from ..mesh.local_thickness import half_thickness
 from ..mesh.mesh import Mesh
 from ..mesh.remeshing import isotropic
 from ..numeric.cell_list import counting_sort
@@ -166,7 +166,7 @@ def rooms(
     points: np.ndarray, normals: np.ndarray, first: np.ndarray, near: np.ndarray, spacing: float
 ) -> np.ndarray:
     """Return half the thickness at each vertex, m: of the inner ball, its logarithm averaged."""
-    inward, _ = thickness_and_clearance(points, normals, THICKEST * spacing)
+    inward = half_thickness(points, normals, THICKEST * spacing)
     least = np.float32(0.05 * spacing)
     return np.exp(averaged(np.log(np.maximum(inward, least)), first, near, 6))
 
