@@ -100,6 +100,7 @@ class Result:
     summary: str
     warnings: list[str]
     fastest: float  # m/s, that the generator knows
+    regime: str  # what is computed instead, where it knows no splash of this size
 
 
 def snapshot(
@@ -252,7 +253,9 @@ def compute(request: Request, report: Report) -> Result:
     strokes, stroke_warnings = strokes_from_drawings(
         request.drawings, settings, frame.scale if frame is not None else None
     )
-    if request.may_refit and frame is not None and not fits(strokes, frame):
+    if request.may_refit and frame is not None and not fits(
+        strokes, frame, settings.real_size
+    ):
         frame = None
         strokes, stroke_warnings = strokes_from_drawings(request.drawings, settings)
     report("Loading the generator", 0.02)
@@ -277,6 +280,7 @@ def compute(request: Request, report: Report) -> Result:
         summary=f"{len(splash.mesh.faces):,} faces in {seconds:.1f} s",
         warnings=list(dict.fromkeys(warnings)),
         fastest=float(generator.fastest),
+        regime=splash.regime,
     )
 
 
@@ -377,7 +381,7 @@ def remember(
     assign_settings(record.settings, request.settings)
     record.version = addon_version()
     record.made_of, record.made_with = request.digest, repr(request.settings)
-    record.fastest = result.fastest
+    record.fastest, record.regime = result.fastest, result.regime
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
     record.weights_hash = result.weights_hash

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..compiling import njit
 from ..fluid.surface_tension import WATER
-from ..grid import LOCAL_SPACING
+from ..grid import LOCAL_CELLS, LOCAL_SPACING, Grid
 from ..numeric.box_filter import mean_around
 from ..numeric.gradient import unit_gradient
 from ..numeric.threads import in_parts
@@ -47,13 +47,15 @@ SWELLING = 2.0
 thread has 1.9 times its radius, one out of a sheet three times."""
 
 FLIGHT = 0.25
-"""Longest path in metres that liquid is taken to have flown; a pen may go on for longer."""
+"""Longest path in metres that liquid is taken to have flown in a box of 0.4 m; a pen may go on
+for longer."""
 
 SLOWEST = 0.05
 """m/s, the least speed of flight: a resting pen says nothing about when the liquid was there."""
 
-BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
-"""Half thicknesses in metres, each with a disturbance of its own; in between they are mixed."""
+BANDS = 1.5 ** np.arange(4)
+"""Half thicknesses in full-resolution cells, each with a disturbance of its own; in between they
+are mixed."""
 
 WAVES, LENGTHS = 20, (0.85, 1.15)
 """Plane waves in each, and the range of their wavenumbers over the fastest's."""
@@ -75,41 +77,51 @@ def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSetti
     settings : Breakup is the surface tension over water's, Seed and Variation choose where it
     parts. The volume stays, to a few hundredths.
     """
-    points, ages = flown(strokes)
+    cell = fine_cell(liquid.grid)
+    points, ages = flown(strokes, cell)
     rate = GROWTH * np.sqrt(settings.breakup * WATER)
-    if not len(ages) or growth(rate, ages.max(), BANDS[0]) == 0:
+    if not len(ages) or growth(rate, ages.max(), cell) == 0:
         return liquid
     cells, half = half_thickness(liquid.distance)
-    half = np.maximum(half * liquid.grid.spacing, BANDS[0])
+    half = np.maximum(half * liquid.grid.spacing, cell)
     thin = growth(rate, ages.max(), half) > 0  # so ages are asked for where they matter only
     cells, half = cells[thin], half[thin]
     metres = liquid.grid.to_metres(cells + 0.5)
-    size = growth(rate, ages_at(metres, points, ages), half)
+    size = growth(rate, ages_at(metres, points, ages, cell), half)
     parting = size > 0
     if not parting.any():
         return liquid
     cells, half, size = cells[parting], half[parting], size[parting]
-    waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation)
+    waves = disturbance(
+        middle(liquid, cells, half), half, settings.seed, settings.variation, cell
+    )
     level = liquid.level.copy()
     level[tuple(cells.T)] = parted(liquid, cells, half / liquid.grid.spacing, size, waves)
     return replace(liquid, level=level)
 
 
-def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
+def fine_cell(grid: Grid) -> float:
+    """Return the edge in metres of a full-resolution cell of the box that ``grid`` covers."""
+    return grid.size[0] / LOCAL_CELLS
+
+
+def flown(
+    strokes: Sequence[Stroke], cell: float = LOCAL_SPACING
+) -> tuple[np.ndarray, np.ndarray]:
     """Return points along the strokes ``(n, 3)``, metres, and for how long liquid there has flown.
 
-    That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT metres at
-    the speed there, whichever is less.
+    That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT
+    metres at the speed there, whichever is less. cell : of the box, see :func:`fine_cell`.
     """
     points, ages = [np.zeros((0, 3))], [np.zeros(0)]
     for stroke in strokes:
-        dense = resample(stroke, LOCAL_SPACING)
+        dense = resample(stroke, cell)
         speed = np.linalg.norm(dense.velocities.astype(np.float64), axis=1)
         pace = 1 / np.maximum(speed, SLOWEST)
         steps = np.diff(arc_length(dense.points))
         since = np.concatenate([[0.0], np.cumsum(steps * (pace[1:] + pace[:-1]) / 2)])
         points.append(dense.points)
-        ages.append(np.minimum(since, FLIGHT * pace))
+        ages.append(np.minimum(since, FLIGHT * (cell / LOCAL_SPACING) * pace))
     return np.concatenate(points), np.concatenate(ages)
 
 
@@ -152,7 +164,9 @@ def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> No
         deepest[i, j, k] = -least
 
 
-def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndarray:
+def ages_at(
+    metres: np.ndarray, points: np.ndarray, ages: np.ndarray, cell: float = LOCAL_SPACING
+) -> np.ndarray:
     """Return for how long liquid at ``metres`` ``(n, 3)`` has flown, seconds ``(n,)``.
 
     A mean over the nearest points of strokes, see :func:`flown`, the nearer the more.
@@ -161,7 +175,7 @@ def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndar
 
     count = min(NEAREST_POINTS, len(points))
     away, nearest = cKDTree(points).query(metres, k=[*range(1, count + 1)], workers=-1)
-    weights = (away + LOCAL_SPACING) ** -2
+    weights = (away + cell) ** -2
     return np.asarray((weights * ages[nearest]).sum(axis=1) / weights.sum(axis=1))
 
 
@@ -178,7 +192,10 @@ def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
     )
 
 
-def disturbance(metres: np.ndarray, half: np.ndarray, seed: int, variation: float) -> np.ndarray:
+def disturbance(
+    metres: np.ndarray, half: np.ndarray, seed: int, variation: float,
+    cell: float = LOCAL_SPACING,
+) -> np.ndarray:
     """Return the disturbance at ``metres`` ``(n, 3)``, of mean square 1, float32 ``(n,)``.
 
     Plane waves of random directions whose length is that of the fastest growth at each ``half``
@@ -188,8 +205,8 @@ def disturbance(metres: np.ndarray, half: np.ndarray, seed: int, variation: floa
     own, apart = np.random.default_rng(0), np.random.default_rng(seed)
     height = np.zeros(len(metres), dtype=np.float32)
     square = np.zeros(len(metres), dtype=np.float32)
-    steps = np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0])
-    for number, size in enumerate(BANDS):
+    steps = np.log(half / cell) / np.log(BANDS[1] / BANDS[0])
+    for number, size in enumerate(cell * BANDS):
         share = np.clip(1 - np.abs(np.clip(steps, 0, len(BANDS) - 1) - number), 0, 1)
         directions = own.normal(size=(3, WAVES))
         directions /= np.linalg.norm(directions, axis=0)
