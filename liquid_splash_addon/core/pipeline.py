@@ -88,9 +88,7 @@ def make_splash(
     fields = fields.round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
-        raise StrokeError(
-            "These strokes give no liquid: lower Surface Threshold, or raise Reach"
-        )
+        raise StrokeError("These strokes give no liquid: lower Surface Threshold, or raise Reach")
     warnings = speed_warnings(local, model.velocities_to_drawing(generator.fastest))
     regime = in_words(model, local)
     if not refinements and not obstacles:

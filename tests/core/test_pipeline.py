@@ -16,7 +16,7 @@ from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
-from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, resampled_points
+from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
 
 from .sketching import line, moved
 

@@ -8,16 +8,30 @@ import pytest
 
 from liquid_splash_addon.core.condition import similarity
 from liquid_splash_addon.core.condition.voxelize import outside_share
+from liquid_splash_addon.core.generator.loading import load_generator
 from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.pipeline import fits, make_splash
 from liquid_splash_addon.core.scale import GRAVITY, Scale
 from liquid_splash_addon.core.settings import SplashSettings
+from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.local_frame import fit_frame
+from liquid_splash_addon.core.sketch.presets import example_sketch
 from liquid_splash_addon.core.sketch.strokes import Stroke
-from tests.core.sketching import line, sketch
+from tests.core.sketching import line
 
 DRAFT = SplashSettings(resolution="64", device="CPU", speed_gain=1.0, breakup=0.0)
 USUAL = 0.33
+
+
+@pytest.fixture(scope="module")
+def generator():
+    """Return the bundled generator."""
+    return load_generator(device="CPU")
+
+
+def sketch() -> list[Stroke]:
+    """Return the crown with its velocities."""
+    return strokes_from_drawings(example_sketch("crown"), DRAFT)[0]
 
 
 def at_froude(size: float) -> list[Stroke]:
@@ -62,6 +76,7 @@ def test_the_liquid_is_kept_in_real_metres_and_seconds(generator):
 
 def test_surface_tension_is_that_of_the_real_size(generator):
     """What breaks a small splash up leaves a wave alone, and the film of a wave is a slab."""
+
     def changed(size: float) -> float:
         whole, parted = (made(generator, size, breakup=b).fields.occupancy > 0.5 for b in (0, 10))
         return float((whole != parted).sum() / whole.sum())

@@ -253,9 +253,7 @@ def compute(request: Request, report: Report) -> Result:
     strokes, stroke_warnings = strokes_from_drawings(
         request.drawings, settings, frame.scale if frame is not None else None
     )
-    if request.may_refit and frame is not None and not fits(
-        strokes, frame, settings.real_size
-    ):
+    if request.may_refit and frame is not None and not fits(strokes, frame, settings.real_size):
         frame = None
         strokes, stroke_warnings = strokes_from_drawings(request.drawings, settings)
     report("Loading the generator", 0.02)

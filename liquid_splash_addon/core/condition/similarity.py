@@ -72,7 +72,9 @@ def largest_ratio(strokes: Sequence[Stroke], size: float) -> float:
 
 def scaled(strokes: Sequence[Stroke], ratio: float) -> list[Stroke]:
     """Return the strokes at another size, as fast as before."""
-    return [Stroke(ratio * stroke.points.astype(np.float64), stroke.velocities) for stroke in strokes]
+    return [
+        Stroke(ratio * stroke.points.astype(np.float64), stroke.velocities) for stroke in strokes
+    ]
 
 
 def in_words(scale: Scale, strokes: Sequence[Stroke]) -> str:
@@ -83,17 +85,18 @@ def in_words(scale: Scale, strokes: Sequence[Stroke]) -> str:
     if not is_model(scale):
         return ""
     size, ratio = extent(strokes), scale.length
+    of_model = length_in_words(size * ratio)
     model = f"1:{1 / ratio:.3g}" if ratio < 1 else f"{ratio:.3g}:1"
     cell = length_in_words(scale.lengths_to_drawing(Grid.local().spacing))
     return (
-        f"{length_in_words(size)} splash, made as a {model} model ({length_in_words(size * ratio)}) "
+        f"{length_in_words(size)} splash, made as a {model} model ({of_model}) "
         f"by Froude's law; details below {cell} are not resolved"
     )
 
 
 def length_in_words(metres: float) -> str:
     """Write a length with a unit in which it is a short number."""
-    for unit, name in ((1.0, "m"), (0.01, "cm"), (0.001, "mm")):
-        if metres >= 0.999 * unit:
-            break
-    return f"{metres / unit:.2g} {name}" if metres / unit < 100 else f"{metres / unit:.0f} {name}"
+    units = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
+    unit, name = next((one for one in units if metres >= 0.999 * one[0]), units[-1])
+    number = metres / unit
+    return f"{number:.2g} {name}" if number < 100 else f"{number:.0f} {name}"

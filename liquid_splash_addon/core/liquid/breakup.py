@@ -92,9 +92,7 @@ def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSetti
     if not parting.any():
         return liquid
     cells, half, size = cells[parting], half[parting], size[parting]
-    waves = disturbance(
-        middle(liquid, cells, half), half, settings.seed, settings.variation, cell
-    )
+    waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation, cell)
     level = liquid.level.copy()
     level[tuple(cells.T)] = parted(liquid, cells, half / liquid.grid.spacing, size, waves)
     return replace(liquid, level=level)
@@ -105,9 +103,7 @@ def fine_cell(grid: Grid) -> float:
     return grid.size[0] / LOCAL_CELLS
 
 
-def flown(
-    strokes: Sequence[Stroke], cell: float = LOCAL_SPACING
-) -> tuple[np.ndarray, np.ndarray]:
+def flown(strokes: Sequence[Stroke], cell: float = LOCAL_SPACING) -> tuple[np.ndarray, np.ndarray]:
     """Return points along the strokes ``(n, 3)``, metres, and for how long liquid there has flown.
 
     That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT
@@ -193,7 +189,10 @@ def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
 
 
 def disturbance(
-    metres: np.ndarray, half: np.ndarray, seed: int, variation: float,
+    metres: np.ndarray,
+    half: np.ndarray,
+    seed: int,
+    variation: float,
     cell: float = LOCAL_SPACING,
 ) -> np.ndarray:
     """Return the disturbance at ``metres`` ``(n, 3)``, of mean square 1, float32 ``(n,)``.

@@ -49,7 +49,9 @@ class Fields:
 
         model : how the liquid's metres and seconds are measured here
         """
-        spacing, *origin = (model.lengths_to_drawing(v) for v in (self.grid.spacing, *self.grid.origin))
+        spacing, *origin = (
+            model.lengths_to_drawing(v) for v in (self.grid.spacing, *self.grid.origin)
+        )
         x, y, z = origin
         velocity = model.velocities_to_drawing(self.velocity).astype(np.float32)
         return replace(self, velocity=velocity, grid=Grid(self.grid.shape, spacing, (x, y, z)))

@@ -15,9 +15,12 @@ from .fields import Fields
 from .level_set import LevelSet, with_level
 from .stroke_reach import within_reach
 
+AS_IT_IS = Scale(1.0)
+"""The scale of liquid of a size that the generator knows."""
+
 
 def shaped(
-    fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings, model: Scale = Scale(1.0)
+    fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings, model: Scale = AS_IT_IS
 ) -> Fields:
     """Return the generator's liquid at its real size, with smooth edges, kept to Reach, broken up.
 
