@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ..condition.similarity import AS_IT_IS
 from ..scale import Scale
 from ..settings import SplashSettings
 from ..sketch.strokes import Stroke
@@ -14,9 +15,6 @@ from .edge_smoothing import smoothed_edges
 from .fields import Fields
 from .level_set import LevelSet, with_level
 from .stroke_reach import within_reach
-
-AS_IT_IS = Scale(1.0)
-"""The scale of liquid of a size that the generator knows."""
 
 
 def shaped(
