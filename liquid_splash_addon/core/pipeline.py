@@ -11,6 +11,7 @@ import numpy as np
 
 from .animation.projection import divergence_free
 from .composition.drops import Drops, drops_to_drawing, mesh_to_drawing
+from .condition.similarity import LEAST_OUTSIDE, at_real_size, in_words, model_scale
 from .condition.voxelize import outside_share
 from .generator.latent import draw_latent
 from .grid import Grid
@@ -20,9 +21,10 @@ from .liquid.shaping import shaped
 from .mesh.marching_cubes import surface
 from .mesh.mesh import Mesh
 from .progress import Report, silent
+from .scale import Scale
 from .settings import SplashSettings
 from .sketch.local_frame import Frame, fit_frame
-from .sketch.strokes import Stroke, StrokeError, check_strokes, resampled_points
+from .sketch.strokes import Stroke, StrokeError, check_strokes
 from .sketch.variation import varied
 
 if TYPE_CHECKING:
@@ -31,11 +33,9 @@ if TYPE_CHECKING:
     from .refinement.settings import RefinementSettings
     from .refinement.shader_attributes import Attributes, Look
 
-MOST_OUTSIDE = 0.05
-"""Share of the strokes' length that may lie outside the local grid."""
 
-LEAST_OUTSIDE = 0.005
-"""Share from which it is worth a warning."""
+BOX_SHARE = 0.9
+"""Longest side of a large sketch over that of its box."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,11 @@ class Splash:
     Attributes
     ----------
     mesh : the surface, drawing units and drawing units per second
-    fields : occupancy, distance, velocity on the local grid, SI
+    fields : occupancy, distance, velocity on the generator's grid at the real size, SI
     frame : where the local box lies in the drawing
     strokes : what it was made of, local metres and m/s
     warnings : sentences for the user
+    regime : what is computed instead, in words, where no generator was trained on its size
     drops : the free drops of its refinements, if there are any
     attributes : of the mesh's vertices at real size, where they were asked for
     """
@@ -60,6 +61,7 @@ class Splash:
     warnings: list[str] = field(default_factory=list)
     drops: Drops | None = None
     attributes: Attributes | None = None
+    regime: str = ""
 
 
 def make_splash(
@@ -83,38 +85,56 @@ def make_splash(
     report = report or silent
     report("Reading strokes", 0.0)
     frame = prepare_frame(strokes, settings, frame)
-    grid = Grid.local(settings.cells)
     local = frame.strokes_to_local(strokes, settings.speed_gain)
-    flown = varied(local, settings.seed, settings.variation)
-    condition = generator.condition(flown, grid)
-    report("Generating liquid", 0.1)
-    latent = draw_latent(generator.config, settings.seed, settings.variation)
-    local_obstacles = [obstacle.seen_from(frame) for obstacle in obstacles]
-    fields = generator.generate(condition, grid, latent, *near(local_obstacles, grid))
-    fields = shaped(fields, flown, settings)
+    model = model_scale(local)
+    seen = frame.seen_as(model)
+    drawn = varied(
+        seen.strokes_to_local(strokes, settings.speed_gain), settings.seed, settings.variation
+    )
+    around = [obstacle.seen_from(seen) for obstacle in obstacles]
+    fields = generated(drawn, settings, generator, around, report)
+    fields = shaped(fields, at_real_size(drawn, model), settings, model)
     if settings.divergence_free:
         fields = without_divergence(fields, settings.surface_threshold)
     fields = fields.round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
-        raise StrokeError(
-            "These strokes give no liquid: lower Surface Threshold, or change Real Size or Reach"
-        )
-    warnings = outside_warnings(local) + speed_warnings(local, generator.fastest)
+        raise StrokeError("These strokes give no liquid: lower Surface Threshold, or raise Reach")
+    warnings = speed_warnings(local, model.velocities_to_drawing(generator.fastest))
+    regime = in_words(model, local)
     if not refinements and not obstacles and look is None:
         mesh = mesh_to_drawing(surface(fields, settings.surface_threshold), frame)
         report("Done", 1.0)
-        return Splash(mesh, fields, frame, local, warnings)
+        return Splash(mesh, fields, frame, local, warnings, regime=regime)
     from .refinement.stack import Refiner
 
-    refiner = Refiner(fields, settings.surface_threshold, local_obstacles, clearance, strokes=local)
+    around = [obstacle.seen_from(frame) for obstacle in obstacles]
+    refiner = Refiner(fields, settings.surface_threshold, around, clearance, strokes=local)
     refined = refiner.refine(
         refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share), look
     )
     return Splash(
         mesh_to_drawing(refined.mesh, frame), fields, frame, local, warnings + refined.warnings,
-        drops_to_drawing(refined.cloud, frame), refined.attributes,
+        drops_to_drawing(refined.cloud, frame), refined.attributes, regime,
     )  # fmt: skip
+
+
+def generated(
+    strokes: Sequence[Stroke],
+    settings: SplashSettings,
+    generator: Generator,
+    obstacles: Sequence[Obstacle],
+    report: Report,
+) -> Fields:
+    """Return the generator's answer, in the metres and seconds of the model that it sees.
+
+    strokes, obstacles : in those, too
+    """
+    grid = Grid.local(settings.cells)
+    condition = generator.condition(strokes, grid)
+    report("Generating liquid", 0.1)
+    latent = draw_latent(generator.config, settings.seed, settings.variation)
+    return generator.generate(condition, grid, latent, *near(obstacles, grid))
 
 
 def without_divergence(fields: Fields, threshold: float) -> Fields:
@@ -135,55 +155,19 @@ def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:
 def prepare_frame(
     strokes: Sequence[Stroke], settings: SplashSettings, frame: Frame | None
 ) -> Frame:
-    """Return the frame to use, checked: enough of the strokes must lie in the local box."""
+    """Return the frame to use. Raises StrokeError for strokes of which nothing can be made."""
     check_strokes(strokes)
-    kept = frame is not None
-    frame = frame or fit_frame(strokes, settings.real_size)
-    local = frame.strokes_to_local(strokes)
-    grid = Grid.local()
-    share = outside_share(local, grid)
-    if share > MOST_OUTSIDE:
-        raise StrokeError(
-            f"{share:.0%} of the strokes lie outside the generator's box of {grid.size[0]:g} m: "
-            + size_advice(local)
-            + (", or Realign" if kept else "")
-        )
-    return frame
+    return frame or fit_frame(strokes, settings.real_size)
 
 
-def fits(strokes: Sequence[Stroke], frame: Frame) -> bool:
-    """Whether nearly all of the strokes (drawing units) lie in the local box of ``frame``."""
-    return outside_share(frame.strokes_to_local(strokes), Grid.local()) < LEAST_OUTSIDE
+def fits(strokes: Sequence[Stroke], frame: Frame, real_size: float) -> bool:
+    """Whether nearly all of the strokes (drawing units) lie in the box around ``frame``.
 
-
-def size_advice(local: Sequence[Stroke], most: float = MOST_OUTSIDE) -> str:
-    """Return what to do about strokes that leave the box: the largest real size that fits.
-
-    most : share of their length that may stay outside.
+    The box is the generator's, and for sketches of a larger ``real_size`` (m) as much larger.
     """
-    grid = Grid.local()
-    points, _ = resampled_points(local, grid.spacing / 2)
-    size = max(float(np.ptp(points, axis=0).max()), 1e-9)
-    # Scaling about the centre moves a point to the wall when its largest coordinate gets there.
-    reach = float(np.quantile(np.abs(points).max(axis=1), 1 - most))
-    share = grid.size[0] / 2 / max(reach, 1e-9)
-    # At another size the strokes are resampled at other points: make sure.
-    while (
-        outside_share([Stroke(s.points * share, s.velocities) for s in local], grid) > 0.98 * most
-    ):
-        share *= 0.995
-    return f"set Real Size to {np.floor(size * share * 1000) / 1000:g} m or less"
-
-
-def outside_warnings(local: Sequence[Stroke]) -> list[str]:
-    """Return a warning if parts of the strokes lie outside the box, where no liquid can be."""
-    share = outside_share(local, Grid.local())
-    if share < LEAST_OUTSIDE:
-        return []
-    return [
-        f"{share:.1%} of the strokes lie outside the generator's box and get no liquid: "
-        + size_advice(local, LEAST_OUTSIDE)
-    ]
+    box = Grid.local()
+    model = Scale.similar(min(1.0, BOX_SHARE * box.size[0] / max(real_size, 1e-9)))
+    return outside_share(frame.seen_as(model).strokes_to_local(strokes), box) < LEAST_OUTSIDE
 
 
 def speed_warnings(local: Sequence[Stroke], fastest: float) -> list[str]:

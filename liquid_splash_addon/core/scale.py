@@ -38,6 +38,18 @@ class Scale:
         """
         return cls(length)
 
+    @classmethod
+    def similar(cls, ratio: float) -> Scale:
+        """Return the scale of a model ``ratio`` times as large as the real liquid (Froude).
+
+        Gravity is the same in both, so speeds and times go by the root of the ratio.
+        """
+        return cls(ratio, ratio**0.5)
+
+    def then(self, other: Scale) -> Scale:
+        """Return the scale of what ``other`` makes of this one's metres and seconds."""
+        return Scale(self.length * other.length, self.time * other.time)
+
     def slowed(self, time_scale: float) -> Scale:
         """Return the scale of slow motion.
 

@@ -36,10 +36,12 @@ class SplashSettings(Settings):
     real_size: float = setting(
         0.33,
         "Real Size (m)",
-        "Longest side of the sketch in the real world, in metres (0: one unit is one metre). "
-        "Larger splashes are made of thinner sheets",
+        "Longest side of the sketch in the real world, in metres, from a thimble to a harbour "
+        "wave (0: one unit is one metre). Larger splashes have thinner sheets and smaller drops "
+        "for their size, and move more slowly",
         low=0.0,
-        high=1.0,
+        high=1000.0,
+        soft=1.0,
     )
     speed_source: str = setting(
         "TIME",

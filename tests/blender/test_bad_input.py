@@ -26,7 +26,6 @@ BAD_STROKES = {
     "not a number": ([NAN], {}, "not a number"),
     "no length": ([STILL], {}, "without length"),
     "all points equal": ([STILL, STILL], {}, "without length"),
-    "outside the box": (fan(), {"real_size": 0.9}, r"set Real Size to 0\.\d+ m or less"),
 }
 
 
@@ -67,14 +66,6 @@ def test_bad_strokes_for_an_old_splash(bad):
         with pytest.raises(RuntimeError, match=message):
             getattr(bpy.ops.splash, name)(seed=99, **settings)
         assert state() == before
-
-
-def test_the_largest_size_that_the_error_names_fits(tubes):
-    add_sketch(fan())
-    with pytest.raises(RuntimeError) as caught:
-        generate(real_size=0.9)
-    words = str(caught.value).split()
-    generate(real_size=float(words[words.index("Size") + 2]))
 
 
 def truncated(folder: Path) -> Path:

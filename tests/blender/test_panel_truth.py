@@ -197,3 +197,12 @@ def test_a_splash_stays_where_its_sketch_is_deleted():
     bpy.ops.object.delete()
     bpy.context.view_layer.update()
     np.testing.assert_allclose(true_vertices(splash), place, atol=1e-5)
+
+
+def test_undo_has_all_splashes_looked_at_soon(monkeypatch):
+    add_sketch(fan())
+    generate()
+    asked = []
+    monkeypatch.setattr(staleness, "look_soon", lambda: asked.append(True))
+    staleness.look_at_all(bpy.context.scene)
+    assert asked

@@ -16,7 +16,7 @@ from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
-from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, resampled_points
+from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
 
 from .sketching import line, moved
 
@@ -92,16 +92,12 @@ def test_a_stored_frame_is_kept(generator):
     assert make_splash(edited, DRAFT, generator, frame=splash.frame).frame is splash.frame
 
 
-def test_strokes_outside_the_box_name_the_largest_size_that_fits(generator):
-    with pytest.raises(StrokeError, match="outside the generator's box") as caught:
-        make_splash(sketch(), replace(DRAFT, real_size=0.9), generator)
-    advised = float(str(caught.value).split("Real Size to ")[1].split(" m")[0])
-    (warning,) = make_splash(sketch(), replace(DRAFT, real_size=advised), generator).warnings
-    assert "get no liquid" in warning
-    smaller = float(warning.split("Real Size to ")[1].split(" m")[0])
-    assert make_splash(sketch(), replace(DRAFT, real_size=smaller), generator).warnings == []
-    with pytest.raises(StrokeError):
-        make_splash(sketch(), replace(DRAFT, real_size=advised * 1.05), generator)
+def test_strokes_that_outgrow_a_stored_frame_are_made_smaller_with_it(generator):
+    splash = make_splash(sketch(), DRAFT, generator)
+    far = [*sketch(), line((0.3, 0, 0.2), (9.0, 0, 6.0), speed=4.0)]
+    grown = make_splash(far, DRAFT, generator, frame=splash.frame)
+    assert grown.frame is splash.frame and "Froude" in grown.regime
+    assert np.ptp(grown.mesh.vertices, axis=0).max() > 8
 
 
 def test_speeds_beyond_training_are_reported(generator):

@@ -106,6 +106,7 @@ class Result:
     summary: str
     warnings: list[str]
     fastest: float  # m/s, that the generator knows
+    regime: str  # what is computed instead, where it knows no splash of this size
     attributes: Attributes | None = None
 
 
@@ -246,7 +247,7 @@ def compute(request: Request, report: Report) -> Result:
     strokes, stroke_warnings = strokes_from_drawings(
         request.drawings, settings, frame.scale if frame is not None else None
     )
-    if request.may_refit and frame is not None and not fits(strokes, frame):
+    if request.may_refit and frame is not None and not fits(strokes, frame, settings.real_size):
         frame = None
         strokes, stroke_warnings = strokes_from_drawings(request.drawings, settings)
     report("Loading the generator", 0.02)
@@ -273,6 +274,7 @@ def compute(request: Request, report: Report) -> Result:
         warnings=list(dict.fromkeys(warnings)),
         fastest=float(generator.fastest),
         attributes=splash.attributes,
+        regime=splash.regime,
     )
 
 
@@ -384,7 +386,7 @@ def remember(
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)
-    record.fastest = result.fastest
+    record.fastest, record.regime = result.fastest, result.regime
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size
     record.weights_hash = result.weights_hash

@@ -141,6 +141,7 @@ def read() -> Work:
 
 def compute(question: Question, report: Report) -> SpeedMap:
     """Make the map, without bpy. Raises StrokeError where no stroke can be used."""
+    from ...core.condition.similarity import model_scale
     from ...core.condition.trained_range import faults_of, measured
 
     report("Measuring strokes", 0.0)
@@ -149,13 +150,16 @@ def compute(question: Question, report: Report) -> SpeedMap:
     scale = None if frame is None else frame.scale
     strokes, _ = strokes_from_drawings(drawings, question.settings, scale)
     frame = frame or fit_frame(strokes, question.settings.real_size)
-    fastest = fastest_of(question.weights)
+    local = frame.strokes_to_local(strokes, question.settings.speed_gain)
+    model, fastest = model_scale(local), fastest_of(question.weights)
+    seen = frame.seen_as(model)
     turn, shift = question.matrix[:3, :3].T, question.matrix[:3, 3]
     lines = []
-    for stroke, measures in measured(frame.strokes_to_local(strokes, question.settings.speed_gain)):
-        points = frame.points_to_drawing(stroke.points.astype(np.float64)) @ turn + shift
-        lines.append(Line(points, measures.speed, faults_of(measures, fastest)))
-    return SpeedMap(question.sketch, lines, fastest)
+    for stroke, measures in measured(seen.strokes_to_local(strokes, question.settings.speed_gain)):
+        points = seen.points_to_drawing(stroke.points.astype(np.float64)) @ turn + shift
+        speeds = model.velocities_to_drawing(measures.speed)
+        lines.append(Line(points, speeds, faults_of(measures, fastest)))
+    return SpeedMap(question.sketch, lines, model.velocities_to_drawing(fastest))
 
 
 def fastest_of(weights: Path | None) -> float:

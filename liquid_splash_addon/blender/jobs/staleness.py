@@ -93,7 +93,13 @@ def notice(_scene: Any, graph: bpy.types.Depsgraph) -> None:
             if item in changed or item.data in changed:
                 _waiting.add(Handle.of(splash))
                 break
-    if _waiting and not bpy.app.background and not bpy.app.timers.is_registered(look_later):
+    if _waiting:
+        look_soon()
+
+
+def look_soon() -> None:
+    """Have what waits looked at in a moment, beside the interface."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(look_later):
         bpy.app.timers.register(look_later, first_interval=PATIENCE)
 
 
@@ -108,6 +114,8 @@ def forget(_file: Any = None, _unused: Any = None) -> None:
 def look_at_all(_scene: Any, _graph: Any = None) -> None:
     """Look at all splashes again: undo and redo may have changed strokes."""
     _waiting.update(Handle.of(splash) for splash in index.splashes())
+    if _waiting:
+        look_soon()
 
 
 def handlers() -> list[tuple[Any, Any]]:

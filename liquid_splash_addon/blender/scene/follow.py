@@ -21,7 +21,7 @@ from ...core.sketch.drawing import Drawing
 from ...core.sketch.local_frame import Frame
 from ...core.sketch.strokes import Stroke
 from ..data.frame_text import frame_from_text
-from ..data.properties import owner_of
+from ..data.properties import owner_of, plain
 from . import mesh_space, places
 from .objects import SceneError
 
@@ -49,13 +49,14 @@ def strokes_moved(
     resized = back @ full @ then
     guesses = [np.eye(4), resized, back @ then]
     frame = frame_from_text(record.frame) if record.frame else None
+    side = plain(record.frame_real_size)
     if frame is not None and strokes:
         before = [frame.points_to_drawing(stroke.points.astype(np.float64)) for stroke in strokes]
         after = [np.asarray(drawing.points, dtype=np.float64) for drawing in drawings]
         found = similarity_between(before, after, guesses)
         if found is not None:
-            return clean(found, corners_of(frame)), True
-    corners = corners_of(frame)
+            return clean(found, corners_of(frame, side)), True
+    corners = corners_of(frame, side)
     return (clean(resized, corners) if is_similarity(resized) else np.eye(4)), False
 
 
@@ -85,7 +86,8 @@ def settle(
     then, now = array(record.sketch_matrix), as_array(places.rigid_matrix(sketch))
     before, space = array(record.splash_matrix), mesh_space.space_of(splash.data)
     place = as_array(places.world_matrix(splash)) @ space
-    corners = corners_of(frame_from_text(record.frame) if record.frame else None)
+    frame = frame_from_text(record.frame) if record.frame else None
+    corners = corners_of(frame, plain(record.frame_real_size))
     world = now @ moved @ np.linalg.inv(then)
     carried = sketch_motion(splash, sketch)
     change = world
@@ -149,12 +151,15 @@ def remember(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
         setattr(splash.splash, name, [value for row in place for value in row])
 
 
-def corners_of(frame: Frame | None) -> np.ndarray:
-    """Return the corners ``(8, 3)`` of a splash's box in drawing space."""
+def corners_of(frame: Frame | None, side: float = 0.0) -> np.ndarray:
+    """Return the corners ``(8, 3)`` of a splash's box in drawing space.
+
+    side : of the box, metres at real size; 0 for that of the generator's
+    """
     signs = np.stack(np.meshgrid(*3 * [[-1.0, 1.0]]), axis=-1).reshape(-1, 3)
     if frame is None:
         return signs
-    return np.asarray(frame.points_to_drawing(signs * Grid.local().size[0] / 2))
+    return np.asarray(frame.points_to_drawing(signs * (side or Grid.local().size[0]) / 2))
 
 
 def is_same(first: np.ndarray, second: np.ndarray, corners: np.ndarray) -> bool:

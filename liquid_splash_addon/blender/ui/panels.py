@@ -86,6 +86,8 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
             draw_seed(layout, splash)
             draw_follow(layout, splash)
             draw_advice(layout, context, splash.splash.warnings)
+            if splash.splash.regime:
+                draw_text(layout, context, splash.splash.regime, "CON_SIZELIKE")
 
 
 class SPLASH_PT_settings(SplashPanel, bpy.types.Panel):

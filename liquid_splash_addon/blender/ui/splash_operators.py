@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,8 @@ from bpy.props import BoolProperty, IntProperty
 from ...core.settings import LATENT_SEED_MAX, SplashSettings
 from ...core.sketch.drawing import strokes_from_drawings
 from ...core.sketch.fit_speed import fitting_gain
-from ...core.sketch.local_frame import fit_frame
+from ...core.sketch.local_frame import Frame, fit_frame
+from ...core.sketch.strokes import Stroke
 from ..data.frame_text import frame_from_text
 from ..data.properties import plain, to_settings
 from ..jobs import problems
@@ -89,7 +91,7 @@ class SPLASH_OT_fit_speed(SplashButton, bpy.types.Operator):
                 else fit_frame(strokes, settings.real_size)
             )
             fastest = (plain(splash.splash.fastest) if splash is not None else 0.0) or FASTEST
-            gain = fitting_gain(frame.strokes_to_local(strokes), fastest)
+            gain = fitting_gain(*seen_by_generator(frame, strokes, fastest))
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -97,6 +99,19 @@ class SPLASH_OT_fit_speed(SplashButton, bpy.types.Operator):
         group.speed_gain = min(max(float(f"{gain:.3g}"), limits["low"]), limits["high"])
         self.report({"INFO"}, f"Speed Gain is {group.speed_gain:.3g}")
         return {"FINISHED"}
+
+
+def seen_by_generator(
+    frame: Frame, strokes: Sequence[Stroke], fastest: float
+) -> tuple[list[Stroke], float]:
+    """Return the strokes in real metres and m/s, and the fastest that the generator knows there.
+
+    fastest : m/s, at sizes that it was trained on
+    """
+    from ...core.condition.similarity import model_scale
+
+    local = frame.strokes_to_local(strokes)
+    return local, model_scale(local).velocities_to_drawing(fastest)
 
 
 class SPLASH_OT_follow(SplashButton, bpy.types.Operator):

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..compiling import njit
 from ..grid import Grid
+from ..scale import Scale
 
 PHI_CELLS = 4.0
 """Cells over which phi falls from 1 to 0, so that Table 2's phi_band = 0.4 is 1.6 cells."""
@@ -42,6 +43,18 @@ class Fields:
     def phi(self) -> np.ndarray:
         """The paper's scalar field (eq. 4): 1 in the liquid, 0 in the air, 0.5 at the surface."""
         return np.asarray(np.clip(0.5 - self.distance / PHI_CELLS, 0.0, 1.0))
+
+    def seen_through(self, model: Scale) -> Fields:
+        """Return the liquid of which this is the model.
+
+        model : how the liquid's metres and seconds are measured here
+        """
+        spacing, *origin = (
+            model.lengths_to_drawing(v) for v in (self.grid.spacing, *self.grid.origin)
+        )
+        x, y, z = origin
+        velocity = model.velocities_to_drawing(self.velocity).astype(np.float32)
+        return replace(self, velocity=velocity, grid=Grid(self.grid.shape, spacing, (x, y, z)))
 
     def round_off(self) -> Fields:
         """Return the fields as they come back from :meth:`to_arrays`.

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
+from ..condition.similarity import AS_IT_IS
+from ..scale import Scale
 from ..settings import SplashSettings
 from ..sketch.strokes import Stroke
 from .breakup import broken_up
@@ -15,14 +18,21 @@ from .stroke_reach import within_reach
 from .viscosity import for_breakup
 
 
-def shaped(fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings) -> Fields:
-    """Return the generator's liquid with smooth edges, kept to Reach and broken up.
+def shaped(
+    fields: Fields, strokes: Sequence[Stroke], settings: SplashSettings, model: Scale = AS_IT_IS
+) -> Fields:
+    """Return the generator's liquid at its real size, with smooth edges, kept to Reach, broken up.
 
-    strokes : in local metres and m/s.
+    fields : the generator's answer; model : how real metres and seconds are measured in it, see
+    :mod:`..condition.similarity`; strokes : in real metres and m/s.
     """
+
+    def smoothed(liquid: LevelSet) -> LevelSet:
+        return replace(smoothed_edges(replace(liquid, grid=fields.grid)), grid=liquid.grid)
+
     return reshaped(
-        fields,
-        smoothed_edges,
+        fields.seen_through(model),
+        smoothed,
         lambda liquid: within_reach(liquid, strokes, settings.reach),
         lambda liquid: broken_up(liquid, strokes, for_breakup(settings)),
     )

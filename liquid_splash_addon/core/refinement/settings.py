@@ -158,7 +158,7 @@ class SheetSettings(RefinementSettings):
     film: float = setting(
         1.0, "Film (mm)",
         "Thickness of sheets in millimetres at real size, where the flow has not stretched them",
-        low=0.0, high=10.0, soft=3.0,
+        low=0.0, high=10_000.0, soft=3.0,
     )  # fmt: skip
     stretch: float = setting(
         0.5, "Stretch", "How much thinner sheets are where the flow has drawn them apart",

@@ -112,9 +112,12 @@ def wave_edge(mesh: Mesh, settings: WaveSettings, spacing: float) -> float:
     """Return the edge length (m) that the settings need: ``spacing`` or a sixth of a wavelength.
 
     It is reduced in steps of sqrt(2), so that most changes of a slider need no new
-    :class:`WaveMesh`, and not so far that there would be more than MOST_TRIANGLES.
+    :class:`WaveMesh`, and not so far that there would be more than MOST_TRIANGLES. Waves of less
+    than half a cell cannot be seen on a splash of that size: no triangles are spent on them.
     """
     edge, wanted = spacing, settings.wavelength / EDGES_PER_WAVE
+    if settings.wavelength < spacing / 2:
+        return spacing
     area = float(face_areas(mesh.vertices, mesh.faces).sum())
     while edge > 1.001 * wanted and area / (np.sqrt(3) / 4 * edge**2 / 2) < MOST_TRIANGLES:
         edge /= np.sqrt(2)

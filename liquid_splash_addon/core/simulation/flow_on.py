@@ -21,7 +21,7 @@ from .settings import SimulationSettings
 from .start import Start
 from .surface import CLEARANCE, LAYERS, current_of, surface_of
 
-MOST_MILLISECONDS = 100.0
+MOST_MILLISECONDS = 10_000.0
 """Longest time that a splash is flown on."""
 
 LOOK = 0.002

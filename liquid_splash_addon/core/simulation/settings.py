@@ -59,8 +59,9 @@ class SimulationSettings(Settings):
         high=1e6,
     )
     pool_depth: float = setting(
-        0.02, "Pool Depth (m)", "Depth of the pool, in metres at real size", low=0.003, high=0.4
-    )
+        0.02, "Pool Depth (m)", "Depth of the pool, in metres at real size",
+        low=0.0001, high=1000.0, soft=0.4,
+    )  # fmt: skip
     tension: bool = setting(
         False,
         "Surface Tension",
@@ -101,7 +102,8 @@ class FlowOnSettings(Settings):
         "Milliseconds of the liquid's own time that the splash flows on, before its refinements: "
         "sheets become thinner and smoother, rims form. Press the button to compute it",
         low=0.0,
-        high=100.0,
+        high=10_000.0,
+        soft=100.0,
     )
     gravity: bool = setting(True, "Gravity", "The liquid falls meanwhile", low=False, high=True)
     gravity_strength: float = setting(

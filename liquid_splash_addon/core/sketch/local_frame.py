@@ -18,6 +18,9 @@ PROVISIONAL_POINTS = 256
 NEAR_EQUAL = 1.15
 """Ratio of variances below which two axes could as well be any two in their plane."""
 
+LEAST_SIZE, MOST_SIZE = 0.1, 1.0
+"""Metres of sketches between which they are measured at steps of half a cell."""
+
 DEFINITE_FLOW = 0.05
 """Share of the mean speed from which the mean flow along an axis decides the axis's sign."""
 
@@ -83,6 +86,13 @@ class Frame:
             self.scale.resized(size),
         )
 
+    def seen_as(self, model: Scale) -> Frame:
+        """Return the frame that turns the drawing into a model of the liquid.
+
+        model : how the liquid's metres and seconds are measured there
+        """
+        return Frame(self.axes, self.centre, self.scale.then(model))
+
     @property
     def is_mirrored(self) -> bool:
         """Whether the axes are left-handed."""
@@ -109,7 +119,7 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
     check_strokes(strokes)
     points = [stroke.points.astype(np.float64) for stroke in strokes]
     scale = fit_scale(points, real_size)
-    step = scale.lengths_to_drawing(LOCAL_SPACING / 2)
+    step = scale.lengths_to_drawing(step_for(scale.lengths_to_local(longest_side(points))))
     dense = [resample(stroke, step) for stroke in strokes]
     positions = np.concatenate([stroke.points for stroke in dense]).astype(np.float64)
     velocities = np.concatenate([stroke.velocities for stroke in dense]).astype(np.float64)
@@ -123,6 +133,15 @@ def fit_frame(strokes: Sequence[Stroke], real_size: float = 0.0) -> Frame:
         for axis in axes[:2]
     )
     return Frame(np.stack([first, second, np.cross(first, second)]), centre, scale)
+
+
+def step_for(size: float) -> float:
+    """Return the metres between the points by which a sketch of ``size`` metres is measured.
+
+    Half a cell, and for sketches that no generator sees as they are, as many points as at the
+    nearest size of those that one may.
+    """
+    return LOCAL_SPACING / 2 * (size / min(max(size, LEAST_SIZE), MOST_SIZE))
 
 
 def fit_scale(polylines: Sequence[np.ndarray], real_size: float) -> Scale:
