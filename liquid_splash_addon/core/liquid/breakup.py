@@ -16,7 +16,7 @@ import numpy as np
 
 from ..compiling import njit
 from ..fluid.surface_tension import WATER
-from ..grid import LOCAL_CELLS, LOCAL_SPACING, Grid
+from ..grid import LOCAL_SPACING
 from ..numeric.box_filter import mean_around
 from ..numeric.gradient import unit_gradient
 from ..numeric.threads import in_parts
@@ -47,15 +47,13 @@ SWELLING = 2.0
 thread has 1.9 times its radius, one out of a sheet three times."""
 
 FLIGHT = 0.25
-"""Longest path in metres that liquid is taken to have flown in a box of 0.4 m; a pen may go on
-for longer."""
+"""Longest path in metres that liquid is taken to have flown; a pen may go on for longer."""
 
 SLOWEST = 0.05
 """m/s, the least speed of flight: a resting pen says nothing about when the liquid was there."""
 
-BANDS = 1.5 ** np.arange(4)
-"""Half thicknesses in full-resolution cells, each with a disturbance of its own; in between they
-are mixed."""
+BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
+"""Half thicknesses in metres, each with a disturbance of its own; in between they are mixed."""
 
 WAVES, LENGTHS = 20, (0.85, 1.15)
 """Plane waves in each, and the range of their wavenumbers over the fastest's."""
@@ -70,54 +68,51 @@ ROUNDING_BLUR = 1.0
 """Width in cells of the blur by which edges and necks become round."""
 
 
-def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSettings) -> LevelSet:
+def broken_up(
+    liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSettings, tension: float = 1.0
+) -> LevelSet:
     """Return the liquid after surface tension has acted for as long as it has flown.
 
     strokes : in local metres and m/s, from where the liquid comes from to where it goes;
     settings : Breakup is the surface tension over water's, Seed and Variation choose where it
-    parts. The volume stays, to a few hundredths.
+    parts; tension : factor on that, of a model of the liquid. The volume stays, to a few
+    hundredths.
     """
-    cell = fine_cell(liquid.grid)
-    points, ages = flown(strokes, cell)
-    rate = GROWTH * np.sqrt(settings.breakup * WATER)
-    if not len(ages) or growth(rate, ages.max(), cell) == 0:
+    points, ages = flown(strokes)
+    rate = GROWTH * np.sqrt(settings.breakup * tension * WATER)
+    if not len(ages) or growth(rate, ages.max(), BANDS[0]) == 0:
         return liquid
     cells, half = half_thickness(liquid.distance)
-    half = np.maximum(half * liquid.grid.spacing, cell)
+    half = np.maximum(half * liquid.grid.spacing, BANDS[0])
     thin = growth(rate, ages.max(), half) > 0  # so ages are asked for where they matter only
     cells, half = cells[thin], half[thin]
     metres = liquid.grid.to_metres(cells + 0.5)
-    size = growth(rate, ages_at(metres, points, ages, cell), half)
+    size = growth(rate, ages_at(metres, points, ages), half)
     parting = size > 0
     if not parting.any():
         return liquid
     cells, half, size = cells[parting], half[parting], size[parting]
-    waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation, cell)
+    waves = disturbance(middle(liquid, cells, half), half, settings.seed, settings.variation)
     level = liquid.level.copy()
     level[tuple(cells.T)] = parted(liquid, cells, half / liquid.grid.spacing, size, waves)
     return replace(liquid, level=level)
 
 
-def fine_cell(grid: Grid) -> float:
-    """Return the edge in metres of a full-resolution cell of the box that ``grid`` covers."""
-    return grid.size[0] / LOCAL_CELLS
-
-
-def flown(strokes: Sequence[Stroke], cell: float = LOCAL_SPACING) -> tuple[np.ndarray, np.ndarray]:
+def flown(strokes: Sequence[Stroke]) -> tuple[np.ndarray, np.ndarray]:
     """Return points along the strokes ``(n, 3)``, metres, and for how long liquid there has flown.
 
-    That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT
-    metres at the speed there, whichever is less. cell : of the box, see :func:`fine_cell`.
+    That is, in seconds ``(n,)``, since it left the stroke's beginning, or for FLIGHT metres at
+    the speed there, whichever is less.
     """
     points, ages = [np.zeros((0, 3))], [np.zeros(0)]
     for stroke in strokes:
-        dense = resample(stroke, cell)
+        dense = resample(stroke, LOCAL_SPACING)
         speed = np.linalg.norm(dense.velocities.astype(np.float64), axis=1)
         pace = 1 / np.maximum(speed, SLOWEST)
         steps = np.diff(arc_length(dense.points))
         since = np.concatenate([[0.0], np.cumsum(steps * (pace[1:] + pace[:-1]) / 2)])
         points.append(dense.points)
-        ages.append(np.minimum(since, FLIGHT * (cell / LOCAL_SPACING) * pace))
+        ages.append(np.minimum(since, FLIGHT * pace))
     return np.concatenate(points), np.concatenate(ages)
 
 
@@ -160,9 +155,7 @@ def _deepest(distance: np.ndarray, cells: np.ndarray, deepest: np.ndarray) -> No
         deepest[i, j, k] = -least
 
 
-def ages_at(
-    metres: np.ndarray, points: np.ndarray, ages: np.ndarray, cell: float = LOCAL_SPACING
-) -> np.ndarray:
+def ages_at(metres: np.ndarray, points: np.ndarray, ages: np.ndarray) -> np.ndarray:
     """Return for how long liquid at ``metres`` ``(n, 3)`` has flown, seconds ``(n,)``.
 
     A mean over the nearest points of strokes, see :func:`flown`, the nearer the more.
@@ -171,7 +164,7 @@ def ages_at(
 
     count = min(NEAREST_POINTS, len(points))
     away, nearest = cKDTree(points).query(metres, k=[*range(1, count + 1)], workers=-1)
-    weights = (away + cell) ** -2
+    weights = (away + LOCAL_SPACING) ** -2
     return np.asarray((weights * ages[nearest]).sum(axis=1) / weights.sum(axis=1))
 
 
@@ -188,13 +181,7 @@ def middle(liquid: LevelSet, cells: np.ndarray, half: np.ndarray) -> np.ndarray:
     )
 
 
-def disturbance(
-    metres: np.ndarray,
-    half: np.ndarray,
-    seed: int,
-    variation: float,
-    cell: float = LOCAL_SPACING,
-) -> np.ndarray:
+def disturbance(metres: np.ndarray, half: np.ndarray, seed: int, variation: float) -> np.ndarray:
     """Return the disturbance at ``metres`` ``(n, 3)``, of mean square 1, float32 ``(n,)``.
 
     Plane waves of random directions whose length is that of the fastest growth at each ``half``
@@ -204,8 +191,8 @@ def disturbance(
     own, apart = np.random.default_rng(0), np.random.default_rng(seed)
     height = np.zeros(len(metres), dtype=np.float32)
     square = np.zeros(len(metres), dtype=np.float32)
-    steps = np.log(half / cell) / np.log(BANDS[1] / BANDS[0])
-    for number, size in enumerate(cell * BANDS):
+    steps = np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0])
+    for number, size in enumerate(BANDS):
         share = np.clip(1 - np.abs(np.clip(steps, 0, len(BANDS) - 1) - number), 0, 1)
         directions = own.normal(size=(3, WAVES))
         directions /= np.linalg.norm(directions, axis=0)

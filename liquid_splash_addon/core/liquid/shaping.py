@@ -29,11 +29,21 @@ def shaped(
     def smoothed(liquid: LevelSet) -> LevelSet:
         return replace(smoothed_edges(replace(liquid, grid=fields.grid)), grid=liquid.grid)
 
+    def parted(liquid: LevelSet) -> LevelSet:
+        # In the model, whose Weber number is the real one's: sigma / rho is length^3 / time^2.
+        seen = [
+            Stroke(model.lengths_to_local(s.points), model.velocities_to_local(s.velocities))
+            for s in strokes
+        ]
+        there = LevelSet(liquid.level, fields.velocity, fields.grid)
+        broken = broken_up(there, seen, settings, model.length**3 / model.time**2)
+        return replace(broken, velocity=liquid.velocity, grid=liquid.grid)
+
     return reshaped(
         fields.seen_through(model),
         smoothed,
         lambda liquid: within_reach(liquid, strokes, settings.reach),
-        lambda liquid: broken_up(liquid, strokes, settings),
+        parted,
     )
 
 
