@@ -18,7 +18,7 @@ import numpy as np
 
 from ..compiling import njit
 from ..fluid.surface_tension import WATER
-from ..grid import LOCAL_CELLS, Grid
+from ..grid import LOCAL_SPACING
 from ..numeric.box_filter import mean_around
 from ..numeric.gradient import unit_gradient
 from ..numeric.threads import in_parts
@@ -50,9 +50,8 @@ SWELLING = 2.0
 """Most by which liquid is thicker where it gathers, over half its thickness: a drop out of a
 thread has 1.9 times its radius, one out of a sheet three times."""
 
-BANDS = 1.5 ** np.arange(4)
-"""Half thicknesses in full-resolution cells, each with a disturbance of its own; in between they
-are mixed."""
+BANDS = LOCAL_SPACING * 1.5 ** np.arange(4)
+"""Half thicknesses in metres, each with a disturbance of its own; in between they are mixed."""
 
 CALM = 0.7
 """Rate of growth far from the front, where the flow does not thin the film, over the greatest."""
@@ -71,23 +70,25 @@ ROUNDING_BLUR = 1.0
 """Width in cells of the blur by which edges and necks become round."""
 
 
-def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSettings) -> LevelSet:
+def broken_up(
+    liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSettings, tension: float = 1.0
+) -> LevelSet:
     """Return the liquid after surface tension has acted for as long as it has flown.
 
     strokes : in local metres and m/s, from where the liquid comes from to where it goes;
     settings : Breakup is the surface tension over water's, Seed and Variation choose where it
-    parts. The volume stays, to a few hundredths.
+    parts; tension : factor on that, of a model of the liquid. The volume stays, to a few
+    hundredths.
     """
-    cell = fine_cell(liquid.grid)
-    points, ages = flown(strokes, cell)
-    rate = GROWTH * np.sqrt(settings.breakup * WATER)
-    if not len(ages) or growth(rate, ages.max(), cell) == 0:
+    points, ages = flown(strokes)
+    rate = GROWTH * np.sqrt(settings.breakup * tension * WATER)
+    if not len(ages) or growth(rate, ages.max(), BANDS[0]) == 0:
         return liquid
     cells, half = half_thickness(liquid.distance)
-    half = np.maximum(half * liquid.grid.spacing, cell)
+    half = np.maximum(half * liquid.grid.spacing, BANDS[0])
     thin = growth(rate, ages.max(), half) > 0  # so ages are asked for where they matter only
     cells, half = cells[thin], half[thin]
-    ages = ages_at(liquid.grid.to_metres(cells + 0.5), points, ages, cell)
+    ages = ages_at(liquid.grid.to_metres(cells + 0.5), points, ages)
     thin = growth(rate, ages, half) > 0
     if not thin.any():
         return liquid
@@ -106,11 +107,6 @@ def broken_up(liquid: LevelSet, strokes: Sequence[Stroke], settings: SplashSetti
     cells, size = cells[parting], size[parting]
     level[tuple(cells.T)] = parted(liquid, cells, half[parting] / liquid.grid.spacing, size, height)
     return replace(liquid, level=level)
-
-
-def fine_cell(grid: Grid) -> float:
-    """Return the edge in metres of a full-resolution cell of the box that ``grid`` covers."""
-    return grid.size[0] / LOCAL_CELLS
 
 
 def growth(rate: float, ages: np.ndarray | float, half: np.ndarray | float) -> np.ndarray:
@@ -190,13 +186,12 @@ def disturbance(
     is the same on grids of any spacing. seed, variation : see :func:`noise`.
     """
     grid, made = liquid.grid, noise(seed, variation)
-    cell = fine_cell(grid)
     # The noise lies in the local box, whatever the cells' number and the part of it shown.
     shift = np.asarray(grid.origin) / grid.spacing
     found = np.zeros((3, len(places)), dtype=np.float32)
     square = np.zeros(len(places), dtype=np.float32)
-    steps = np.clip(np.log(half / cell) / np.log(BANDS[1]), 0, len(BANDS) - 1)
-    for number, size in enumerate(cell * BANDS):
+    steps = np.clip(np.log(half / BANDS[0]) / np.log(BANDS[1] / BANDS[0]), 0, len(BANDS) - 1)
+    for number, size in enumerate(BANDS):
         # Mixed halfway between two only: that spares most places one of them.
         share = np.clip(1.5 - 2 * np.abs(steps - number), 0, 1).astype(np.float32)
         met = np.flatnonzero(share)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..condition.similarity import AS_IT_IS
+from ..grid import LOCAL_SPACING
 from ..scale import Scale
 from ..settings import SplashSettings
 from ..sketch.strokes import Stroke
@@ -30,11 +31,22 @@ def shaped(
     def smoothed(liquid: LevelSet) -> LevelSet:
         return replace(smoothed_edges(replace(liquid, grid=fields.grid)), grid=liquid.grid)
 
+    def parted(liquid: LevelSet) -> LevelSet:
+        # In the model, whose Weber number is the real one's: sigma / rho is length^3 / time^2.
+        seen = [
+            Stroke(model.lengths_to_local(s.points), model.velocities_to_local(s.velocities))
+            for s in strokes
+        ]
+        there = LevelSet(liquid.level, fields.velocity, fields.grid)
+        liquid_settings = for_breakup(settings, model.lengths_to_drawing(LOCAL_SPACING))
+        broken = broken_up(there, seen, liquid_settings, model.length**3 / model.time**2)
+        return replace(broken, velocity=liquid.velocity, grid=liquid.grid)
+
     return reshaped(
         fields.seen_through(model),
         smoothed,
         lambda liquid: within_reach(liquid, strokes, settings.reach),
-        lambda liquid: broken_up(liquid, strokes, for_breakup(settings)),
+        parted,
     )
 
 

@@ -10,15 +10,15 @@ from ..liquids import LIQUIDS, WATER, slowing
 from ..settings import SplashSettings
 
 
-def for_breakup(settings: SplashSettings) -> SplashSettings:
+def for_breakup(settings: SplashSettings, cell: float = LOCAL_SPACING) -> SplashSettings:
     """Return settings whose Breakup is that of the liquid: for water, what they are.
 
     Disturbances grow at the root of Breakup, so it is divided by the square of what viscosity
-    slows that down, for threads as thick as a cell.
+    slows that down, for threads as thick as a cell, metres.
     """
     if settings.liquid == "WATER":
         return settings
     liquid = LIQUIDS[settings.liquid]
     tension = liquid.pull / WATER.pull
-    slower = slowing(liquid, LOCAL_SPACING)
+    slower = slowing(liquid, cell)
     return replace(settings, breakup=settings.breakup * tension / slower**2)

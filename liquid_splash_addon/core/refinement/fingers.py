@@ -7,6 +7,7 @@ closed. Its tip is that vertex.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -237,7 +238,7 @@ def turns_once(points: np.ndarray, ring: list[int], along: np.ndarray) -> bool:
 
 
 def with_fingers(
-    mesh: Mesh, roots: list[Root], tubes: list[tuple[np.ndarray, ...]]
+    mesh: Mesh, roots: list[Root], tubes: Sequence[tuple[np.ndarray, ...]]
 ) -> tuple[Mesh, np.ndarray, np.ndarray]:
     """Return the mesh with fingers, their radius at each new vertex and the owner of each face.
 
