@@ -192,13 +192,13 @@ def test_a_file_saved_while_a_change_waits_goes_on(splash, windowed, tmp_path):
 
 def test_nothing_is_written_while_a_render_runs(splash, windowed, monkeypatch):
     before = vertices(splash)
-    monkeypatch.setattr(work_queue, "is_rendering", lambda: True)
+    monkeypatch.setattr(work_queue, "is_locked", lambda: True)
     amount(splash).seed = 1
     for _ in range(20):
         assert work_queue.tick() is not None
         time.sleep(0.01)
     np.testing.assert_array_equal(vertices(splash), before)
-    monkeypatch.setattr(work_queue, "is_rendering", lambda: False)
+    monkeypatch.setattr(work_queue, "is_locked", lambda: False)
     run_queue()
     np.testing.assert_array_equal(vertices(splash), computed(splash))
 

@@ -82,7 +82,7 @@ class DrawingSession:
                 hands.tick(context, hand)
         for action, hand in self._buttons.pressed(context):
             self._press(context, action, hand)
-        if not work_queue.is_rendering():
+        if not work_queue.is_locked():
             feedback.show(context, self)
         self.write(context)
 
@@ -93,7 +93,7 @@ class DrawingSession:
 
     def write(self, context: bpy.types.Context) -> None:
         """Write what was drawn into the sketch; never while Blender renders."""
-        if work_queue.is_rendering():
+        if work_queue.is_locked():
             return
         while self._unwritten:
             self._write(context, self._unwritten[0])

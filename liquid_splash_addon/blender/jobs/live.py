@@ -64,7 +64,7 @@ def look() -> float | None:
     """Have the splash made anew if it is out of date; None ends the timer."""
     if not bpy.context.scene.splash.live:
         return None
-    if is_drawing() or work_queue.is_rendering() or work_queue.collecting() is not None:
+    if is_drawing() or work_queue.is_locked() or work_queue.collecting() is not None:
         return LOOK
     if bpy.context.screen is not None and bpy.context.screen.is_animation_playing:
         return None
@@ -115,7 +115,7 @@ def after_change(scene: bpy.types.Scene, _graph: Any = None) -> None:
     are done side by side.
     """
     global _brush_was_down
-    if not scene.splash.live or work_queue.is_immediate() or work_queue.is_rendering():
+    if not scene.splash.live or work_queue.is_immediate() or work_queue.is_locked():
         return
     was_down, _brush_was_down = _brush_was_down, is_drawing()
     if not was_down or _brush_was_down or look() is not None:

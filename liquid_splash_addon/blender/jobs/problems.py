@@ -89,7 +89,7 @@ def look_again() -> None:
 def notice(_scene: Any, _graph: Any = None) -> None:
     """Look again soon; this costs nothing where there is no problem."""
     global _is_due
-    if not any(problem.check for problem in _problems.values()) or work_queue.is_rendering():
+    if not any(problem.check for problem in _problems.values()) or work_queue.is_locked():
         return
     _is_due = True
     if not bpy.app.background and not bpy.app.timers.is_registered(look_later):
@@ -98,7 +98,7 @@ def notice(_scene: Any, _graph: Any = None) -> None:
 
 def look_later() -> None:
     """Look again; the timer."""
-    if not work_queue.is_rendering():
+    if not work_queue.is_locked():
         look_again()
         work_queue.redraw_sidebars()
 

@@ -167,7 +167,7 @@ _seen_revision = 0
 def after_update(_scene: Any, _graph: Any = None) -> None:
     """Evaluate copies that were made before the original had followed its last change."""
     global _seen_revision
-    if index.revision() == _seen_revision or work_queue.is_rendering():
+    if index.revision() == _seen_revision or work_queue.is_locked():
         return
     _seen_revision = index.revision()
     go_on()

@@ -65,7 +65,7 @@ def look() -> None:
 
 def look_later() -> float | None:
     """Look; the timer."""
-    if work_queue.is_rendering() or work_queue.running() is not None:
+    if work_queue.is_locked() or work_queue.running() is not None:
         return PATIENCE
     look()
     work_queue.redraw_sidebars()
@@ -85,7 +85,7 @@ def sources_of(splash: bpy.types.Object) -> Iterable[bpy.types.Object]:
 def notice(_scene: Any, graph: bpy.types.Depsgraph) -> None:
     """Have the splashes looked at whose strokes or obstacles were changed."""
     splashes = index.splashes()
-    if not splashes or work_queue.is_rendering():
+    if not splashes or work_queue.is_locked():
         return
     changed = {update.id.original for update in graph.updates}
     for splash in splashes:

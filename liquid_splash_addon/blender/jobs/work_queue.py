@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import bpy
 
 from ...core.progress import silent
-from ..scene import locks
+from ..scene.locks import is_locked
 from . import main_thread
 from .job import STOP_SECONDS, Job, redraw_sidebars
 
@@ -81,7 +81,7 @@ class Entry:
     @property
     def is_ready(self) -> bool:
         """Whether the thread has ended and nothing stands in the way of writing."""
-        return self.job is not None and self.job.is_done and not is_rendering()
+        return self.job is not None and self.job.is_done and not is_locked()
 
     @property
     def stage(self) -> str:
@@ -161,11 +161,6 @@ _lanes = (Lane(), Lane())
 def is_immediate() -> bool:
     """Whether work is done at once, because there is no window whose user would wait."""
     return bool(bpy.app.background)
-
-
-def is_rendering() -> bool:
-    """Whether Blender renders or bakes, and may read what would be written."""
-    return locks.is_locked()
 
 
 def put(entry: Entry, first: bool = False) -> Entry:
@@ -248,7 +243,7 @@ def print_unexpected(error: Exception) -> None:
 def tick() -> float | None:
     """Write what is done and begin what waits; None ends the timer."""
     redraw_sidebars()
-    if is_rendering():
+    if is_locked():
         return TICK
     main_thread.do_requests()
     for lane in _lanes:

@@ -110,7 +110,7 @@ class SPLASH_OT_simulate(LiquidOperator, bpy.types.Operator):
         now = time.monotonic()
         if event.type == "TIMER" and now - self._shown_at > SHOW_SECONDS:
             self._shown_at = now
-            if not work_queue.is_rendering():
+            if not work_queue.is_locked():
                 for run in self._runs:
                     simulate.show(run)
         return super().modal(context, event)
