@@ -43,8 +43,9 @@ if __name__ == "__main__":
     sys.stderr.flush()
     if "coverage" in sys.modules:  # python -m coverage run: it would write when Python ends
         recorded = sys.modules["coverage"].Coverage.current()
-        recorded.stop()
-        recorded.save()
+        if recorded is not None:  # a library has imported it, no more
+            recorded.stop()
+            recorded.save()
     # Not sys.exit: with Blender's module, some versions crash while Python ends, which would
     # replace pytest's exit code.
     os._exit(code)

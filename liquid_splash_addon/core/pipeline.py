@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     from .refinement.shader_attributes import Attributes, Look
 
 
+LEAST_KEPT = 0.75
+"""Size of a model in a stored frame over that in a fitted one; below it, details would be lost."""
+
+LATENT = 1.5
+"""Size of latents at full variation over those of training: seeds differ more, and stay covered."""
+
 BOX_SHARE = 0.9
 """Longest side of a large sketch over that of its box."""
 
@@ -133,7 +139,7 @@ def generated(
     grid = Grid.local(settings.cells)
     condition = generator.condition(strokes, grid)
     report("Generating liquid", 0.1)
-    latent = draw_latent(generator.config, settings.seed, settings.variation)
+    latent = draw_latent(generator.config, settings.seed, LATENT * settings.variation)
     return generator.generate(condition, grid, latent, *near(obstacles, grid))
 
 
@@ -155,9 +161,21 @@ def near(obstacles: Sequence[Obstacle], grid: Grid) -> tuple[np.ndarray, ...]:
 def prepare_frame(
     strokes: Sequence[Stroke], settings: SplashSettings, frame: Frame | None
 ) -> Frame:
-    """Return the frame to use. Raises StrokeError for strokes of which nothing can be made."""
+    """Return the frame to use.
+
+    Raises StrokeError for strokes of which nothing can be made, and for those that have left a
+    stored frame so far that a box around both would show little of them.
+    """
     check_strokes(strokes)
-    return frame or fit_frame(strokes, settings.real_size)
+    fitted = fit_frame(strokes, settings.real_size)
+    if frame is None:
+        return fitted
+    kept, anew = (model_scale(one.strokes_to_local(strokes)).length for one in (frame, fitted))
+    if kept < LEAST_KEPT * anew:
+        raise StrokeError(
+            "The strokes lie outside the splash's box: use Realign, or move them back"
+        )
+    return frame
 
 
 def fits(strokes: Sequence[Stroke], frame: Frame, real_size: float) -> bool:

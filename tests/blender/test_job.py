@@ -12,6 +12,7 @@ from liquid_splash_addon.blender.jobs import job
 from liquid_splash_addon.blender.scene import targets
 from liquid_splash_addon.blender.scene.objects import SceneError
 from liquid_splash_addon.core.progress import Cancelled
+from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
 
@@ -64,7 +65,7 @@ def test_a_splash_made_in_a_thread_is_the_same(tubes):
     add_sketch(fan())
     target = targets.find_target(bpy.context)
     settings = SplashSettings(real_size=SIZE, resolution="64", seed=4, variation=1)
-    request = generate_job.snapshot(bpy.context, target, settings)
+    request = generate_job.snapshot(bpy.context, target, settings, start=BARE)
     result = job.Job(lambda report: generate_job.compute(request, report)).result()
     splash = generate_job.write(bpy.context, request, result)
     first = vertices(splash)

@@ -24,9 +24,9 @@ def look_of(level: np.ndarray, grid: Grid) -> dict[str, float]:
     thickness_cells : median diameter of the ball that touches the surface from inside at a vertex
     level : cells, negative in the liquid. It is meshed as the add-on does.
     """
-    mesh = level_surface(level, np.zeros((3, *level.shape), dtype=np.float32), grid)
-    if not len(mesh.faces):
+    if not (level < 0).any():
         return {}
+    mesh = level_surface(level, np.zeros((3, *level.shape), dtype=np.float32), grid)
     points = mesh.vertices.astype(np.float64) / grid.spacing
     normals = vertex_normals(points, mesh.faces)
     mean = averaged(normals, mesh.faces, RINGS)

@@ -14,6 +14,9 @@ from .isosurface import isosurface
 from .mesh import Mesh, edge_counts
 from .taubin import taubin_smoothed
 
+LEAST_DEPTH = 1e-3
+"""Cells: of liquid that reaches no deeper below the surface, nothing is meshed."""
+
 LEVEL_SPREAD = 0.5
 """Width in cells of the Gaussian that joins the generator's 2^3 patches before meshing."""
 
@@ -48,7 +51,7 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
     padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
     iso = level_of_volume(bounded, padded)
-    if padded.min() >= iso:
+    if float(padded.min()) > iso - LEAST_DEPTH:
         return Mesh.empty()
     vertices, faces = marched(padded, iso)
     # Vertices are array indices: 0 is the centre of the padding's first cell.

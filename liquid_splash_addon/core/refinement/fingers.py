@@ -129,6 +129,8 @@ def beside(mesh: Mesh, tree: cKDTree, roots: list[Root]) -> np.ndarray:
     """
     near = np.zeros(len(mesh.vertices), dtype=bool)
     near[tree.n :] = True
+    if not roots:
+        return np.asarray(near[mesh.faces].any(axis=1))
     middles = [root.place + 0.5 * root.length * root.along for root in roots]
     reaches = [0.7 * (root.length + 6 * root.radius) for root in roots]
     for found in tree.query_ball_point(middles, reaches, p=np.inf):

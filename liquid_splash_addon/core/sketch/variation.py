@@ -17,16 +17,21 @@ import numpy as np
 from ..grid import LOCAL_CELLS, LOCAL_SPACING
 from .strokes import Stroke, arc_length, resample
 
-SWAY = 1.7 * LOCAL_SPACING
+SWAY = 1.3 * LOCAL_SPACING
 """Root mean square by which the ends of strokes are moved at full variation, m."""
 
-MOST_SWAY = 2.3 * LOCAL_SPACING
+MOST_SWAY = 1.8 * LOCAL_SPACING
 """What no point is moved farther than, m."""
 
-FARTHER, SPREAD = 0.06, 0.18
-"""Mean share of their length by which strokes fly farther at full variation, and its spread."""
+FARTHEST, SPREAD = 0.25, 0.18
+"""Share of their length by which the strokes of the farthest seed fly on at full variation, in the
+mean, and the spread between strokes."""
 
-SHORTEST, LONGEST = -0.08, 0.3
+GOLDEN = (5**0.5 - 1) / 2
+"""Its multiples, without what is before the point, lie evenly from 0 to 1: consecutive seeds differ
+in how far they reach (a Weyl sequence)."""
+
+SHORTEST, LONGEST = -0.03, 0.4
 """Share of its length by which a stroke may be shorter or longer: the drawn ones stay covered."""
 
 WAVES = 8
@@ -68,7 +73,7 @@ def varied(strokes: Sequence[Stroke], seed: int, variation: float) -> Sequence[S
     size = max(float(np.ptp(points, axis=0).max()), LOCAL_SPACING)
     rng = np.random.default_rng([seed, 3])
     sway, reach = SmoothField(rng, size, 3), SmoothField(rng, size, 1)
-    farther = FARTHER + 0.5 * SPREAD * float(rng.standard_normal())
+    farther = FARTHEST * (seed * GOLDEN % 1)
     ends = np.array([stroke.points[-1] for stroke in strokes], dtype=np.float64)
     shares = variation * np.clip(farther + SPREAD * reach.at(ends)[:, 0], SHORTEST, LONGEST)
     return [
