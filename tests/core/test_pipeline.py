@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("torch")
 
 from liquid_splash_addon.core.generator.loading import load_generator
+from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.pipeline import make_splash
 from liquid_splash_addon.core.progress import Cancelled
 from liquid_splash_addon.core.settings import SplashSettings
 from liquid_splash_addon.core.sketch.drawing import strokes_from_drawings
 from liquid_splash_addon.core.sketch.presets import SKETCHES, example_sketch
-from liquid_splash_addon.core.sketch.strokes import Stroke, resampled_points
+from liquid_splash_addon.core.sketch.strokes import Stroke, StrokeError, resampled_points
 
 from .sketching import line, moved
 
@@ -94,10 +95,22 @@ def test_a_stored_frame_is_kept(generator):
 
 def test_strokes_that_outgrow_a_stored_frame_are_made_smaller_with_it(generator):
     splash = make_splash(sketch(), DRAFT, generator)
-    far = [*sketch(), line((0.3, 0, 0.2), (9.0, 0, 6.0), speed=4.0)]
-    grown = make_splash(far, DRAFT, generator, frame=splash.frame)
+    wall = Grid.local().size[0] / 2
+    begin, end = splash.frame.points_to_drawing(np.array([(0, 0, 0), (1.2 * wall, 0, 0)]))
+    grown = make_splash(
+        [*sketch(), line(begin, end, speed=4.0)], DRAFT, generator, frame=splash.frame
+    )
     assert grown.frame is splash.frame and "Froude" in grown.regime
-    assert np.ptp(grown.mesh.vertices, axis=0).max() > 8
+    away = np.linalg.norm(grown.mesh.vertices - end, axis=1).min()
+    assert away < 0.1 * np.linalg.norm(end - begin), "there is liquid beyond the wall"
+
+
+def test_strokes_that_left_a_stored_frame_ask_for_another(generator):
+    splash = make_splash(sketch(), DRAFT, generator)
+    far = [*sketch(), line((0.3, 0, 0.2), (9.0, 0, 6.0), speed=4.0)]
+    with pytest.raises(StrokeError, match="Realign"):
+        make_splash(far, DRAFT, generator, frame=splash.frame)
+    assert np.ptp(make_splash(far, DRAFT, generator).mesh.vertices, axis=0).max() > 8
 
 
 def test_speeds_beyond_training_are_reported(generator):

@@ -41,7 +41,7 @@ def isosurface(level: np.ndarray, iso: float) -> tuple[np.ndarray, np.ndarray]:
 def slab(level: np.ndarray, iso: float, start: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the vertices and faces of the cubes from ``start`` on; none where there are none."""
     part = level[start : start + LAYERS + 1]
-    if part.min() >= iso or part.max() < iso:
+    if part.min() >= iso or part.max() <= iso:
         return np.zeros((0, 3), dtype=np.float32), np.zeros((0, 3), dtype=np.int32)
     points, faces = whole(part, iso)
     return points + np.array([start, 0, 0], dtype=np.float32), faces

@@ -50,7 +50,9 @@ def level_surface(level: np.ndarray, velocity: np.ndarray, grid: Grid) -> Mesh:
     bounded = np.pad(np.clip(level[box], -LEVEL_BAND, LEVEL_BAND), 1, constant_values=LEVEL_BAND)
     padded = gaussian_filter(bounded, LEVEL_SPREAD, mode="nearest")
     padded[[0, -1]] = padded[:, [0, -1]] = padded[:, :, [0, -1]] = LEVEL_BAND
-    iso = level_of_volume(bounded, padded)
+    iso = min(
+        level_of_volume(bounded, padded), LEVEL_BAND - LEAST_DEPTH
+    )  # else a full box has none
     if float(padded.min()) > iso - LEAST_DEPTH:
         return Mesh.empty()
     vertices, faces = marched(padded, iso)
