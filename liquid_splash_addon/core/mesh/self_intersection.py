@@ -53,13 +53,22 @@ def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.nd
 
 def faces_beside(vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return which faces may meet one of the chosen faces, theirs too, bool ``(m,)`` each."""
+    _, bounds, scale, size = in_boxes(vertices, faces)
+    return np.asarray(_beside(bounds, chosen, scale, size))
+
+
+def in_boxes(
+    vertices: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.float32, tuple[int, ...]]:
+    """Return what lays faces out in boxes: points from the lowest corner on, float64 ``(n, 3)``,
+    the faces' bounds, see :func:`_bounds`, boxes per unit of length, and boxes along each axis.
+    """
     points = vertices.astype(np.float64)
     points -= points.min(axis=0)
     bounds, mean = _bounds(points, faces)
     extent = points.max(axis=0)
     side = max(BOX_SIZE * mean, float(np.cbrt(np.prod(extent + mean) / MOST_FACE_BOXES)))
-    size = tuple(int(n) + 1 for n in extent / side)
-    return np.asarray(_beside(bounds, chosen, np.float32(1 / side), size))
+    return points, bounds, np.float32(1 / side), tuple(int(n) + 1 for n in extent / side)
 
 
 def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -73,13 +82,8 @@ def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     crossed = np.zeros(len(faces), dtype=bool)
     if len(faces):
         faces = np.ascontiguousarray(faces, dtype=np.int32)
-        points = vertices.astype(np.float64)
-        points -= points.min(axis=0)
-        bounds, mean = _bounds(points, faces)
-        extent = points.max(axis=0)
-        side = max(BOX_SIZE * mean, float(np.cbrt(np.prod(extent + mean) / MOST_FACE_BOXES)))
-        size = tuple(int(n) + 1 for n in extent / side)
-        keys, owners = _boxes(bounds, np.float32(1 / side), size)
+        points, bounds, scale, size = in_boxes(vertices, faces)
+        keys, owners = _boxes(bounds, scale, size)
         order, first = counting_sort(keys, size[0] * size[1] * size[2])
         inside = owners[order]
         normals = face_normals(points, faces).astype(np.float32)
