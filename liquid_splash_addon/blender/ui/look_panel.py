@@ -10,7 +10,7 @@ from ..data.properties import is_splash
 from ..scene.liquid_materials import liquid_of, needs_attributes
 from ..scene.targets import shown_liquid
 from .liquid_operators import SPLASH_OT_liquid
-from .panels import SplashPanel, settings_column
+from .panels import SplashPanel, draw_whose, settings_column
 
 
 class SPLASH_PT_look(SplashPanel, bpy.types.Panel):
@@ -25,12 +25,11 @@ class SPLASH_PT_look(SplashPanel, bpy.types.Panel):
         """Show the menu of liquids; then what it sets, each to be changed alone."""
         layout = self.layout
         item = shown_liquid(context)
+        draw_whose(layout, item)
         if item is None:
-            layout.label(text="For new splashes", icon="SCENE_DATA")
             chosen = context.scene.splash.settings.liquid
             draw_menu(layout, LIQUIDS[chosen].label)
             return
-        layout.label(text=item.name, icon="MOD_FLUIDSIM")
         slots = item.material_slots
         name = liquid_of(slots[0].material) if slots else None
         draw_menu(layout, LIQUIDS[name].label if name else "Liquid")

@@ -11,7 +11,7 @@ from ..scene import ballistics
 from ..scene.targets import shown_liquid
 from . import motion_operators as operators
 from .export_vdb import SPLASH_OT_export_vdb
-from .panels import SplashPanel, settings_column
+from .panels import SplashPanel, draw_whose, settings_column
 
 
 class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
@@ -26,10 +26,7 @@ class SPLASH_PT_motion(SplashPanel, bpy.types.Panel):
         """Show whose motion it is, its speed, the preview, and the scene's motion blur."""
         layout = self.layout
         item = shown_liquid(context)
-        if item is None:
-            layout.label(text="For new splashes", icon="SCENE_DATA")
-        else:
-            layout.label(text=item.name, icon="MOD_FLUIDSIM")
+        draw_whose(layout, item)
         group = (context.scene if item is None else item).splash_motion
         column = settings_column(layout)
         column.prop(group, "time_scale")

@@ -216,6 +216,14 @@ def draw_preparing(layout: Any, context: bpy.types.Context) -> None:
     draw_warnings(layout, context, compile_ahead.note())
 
 
+def draw_whose(layout: bpy.types.UILayout, item: bpy.types.Object | None) -> None:
+    """Say whose settings follow: of a splash or a model, or of splashes yet to be made."""
+    if item is None:
+        layout.label(text="For new splashes", icon="SCENE_DATA")
+    else:
+        layout.label(text=item.name, icon="MOD_FLUIDSIM")
+
+
 def settings_column(layout: Any) -> Any:
     """Add a column for settings: labels beside the values, no buttons for animation."""
     column = layout.column()
