@@ -210,7 +210,7 @@ def test_one_undo_step():
     assert vertices(splashes()[0]).shape != before.shape
     bpy.ops.ed.undo()
     np.testing.assert_array_equal(vertices(splashes()[0]), before)
-    assert splashes()[0].splash.settings.speed_gain == 4
+    assert splashes()[0].splash.settings.speed_gain == 3
     bpy.ops.ed.undo()
     assert not splashes()
 
