@@ -28,6 +28,10 @@ from .objects import SceneError
 SAME = 1e-5
 """Share of a splash's size by which two places may differ and still be the same."""
 
+STEPS = 4e-7
+"""Share of their distance from the origin by which they may: four to seven steps of single
+precision. Less far than that no splash can be moved there."""
+
 
 def strokes_moved(
     splash: bpy.types.Object,
@@ -124,14 +128,10 @@ def attach(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
 
     Does nothing for a sketch that is scaled to zero.
     """
-    place = as_array(places.world_matrix(splash))
     try:
-        inverse = places.inverted(places.world_matrix(sketch), sketch.name)
+        places.make_child(splash, sketch, as_array(places.world_matrix(splash)))
     except SceneError:
         return
-    splash.parent, splash.parent_type = sketch, "OBJECT"
-    splash.matrix_parent_inverse = Matrix(inverse.tolist())
-    places.move_to(splash, place)
 
 
 def detach(splash: bpy.types.Object) -> None:
@@ -166,8 +166,8 @@ def is_same(first: np.ndarray, second: np.ndarray, corners: np.ndarray) -> bool:
     """Whether two transforms ``(4, 4)`` take the corners ``(8, 3)`` to the same places."""
     one, other = (corners @ each[:3, :3].T + each[:3, 3] for each in (first, second))
     size = float(np.ptp(other, axis=0).max())
-    # Blender's matrices are single precision.
-    limit = SAME * size + 1e-6 * float(np.abs(other).max())
+    # Blender's matrices are single precision: a product of a few is off by some of its steps.
+    limit = SAME * size + STEPS * float(np.abs(other).max())
     return bool(np.abs(one - other).max() <= limit)
 
 

@@ -43,7 +43,7 @@ def read_drawings(
     evaluated : the sketch with its modifiers applied, to be read instead
     """
     if to_space is None:
-        to_space = np.array(places.rigid_matrix(sketch).inverted(), dtype=np.float64)
+        to_space = places.to_drawing_space(sketch)
     owner, drawings = evaluated or sketch, []
     left_out: Counter[str] = Counter()
     masked = []

@@ -101,6 +101,28 @@ def inverted(matrix: Matrix, name: str) -> np.ndarray:
     return np.linalg.inv(values)
 
 
+def to_drawing_space(item: bpy.types.Object) -> np.ndarray:
+    """Return the transform from the world to an object's place and turn, float64 ``(4, 4)``.
+
+    Far from the origin ``Matrix.inverted``, in single precision, would be off by a unit.
+    """
+    return inverted(rigid_matrix(item), item.name)
+
+
+def make_child(item: bpy.types.Object, parent: bpy.types.Object, place: np.ndarray) -> None:
+    """Make an object a child and move it to a place in the world ``(4, 4)``.
+
+    It has the parent's turn and scale undone, but not its location: of the difference of two places
+    far from the origin little would be left. Raises SceneError where the parent is scaled to zero.
+    """
+    world = np.array(world_matrix(parent), dtype=np.float64)
+    undone = inverted(Matrix(world.tolist()), parent.name)
+    undone[:3, 3] = 0.0
+    item.parent, item.parent_type = parent, "OBJECT"
+    item.matrix_parent_inverse = Matrix(undone.tolist())
+    move_to(item, place)
+
+
 def move_to(item: bpy.types.Object, matrix: np.ndarray) -> None:
     """Move an object to a place in the world ``(4, 4)``, hidden or not, before its constraints."""
     parent = item.parent
