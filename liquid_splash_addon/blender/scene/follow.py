@@ -81,12 +81,30 @@ def settle(
 ) -> np.ndarray:
     """Move a splash as its strokes have moved; return the space its mesh is to be written in.
 
-    A splash that has come along, as a child, by a constraint or because both were moved, stays.
-
     moved : what :func:`strokes_moved` returned; by default they are as they were in drawing space
     """
+    record, space = splash.splash, mesh_space.space_of(splash.data)
+    target, is_still = wanted_place(splash, sketch, np.eye(4) if moved is None else moved)
+    if not is_still and not places.is_driven(splash):
+        places.move_to(splash, target @ np.linalg.inv(space))
+        bpy.context.view_layer.update()
+    frame = frame_from_text(record.frame) if record.frame else None
+    corners = corners_of(frame, plain(record.frame_real_size))
+    own = places.inverted(places.world_matrix(splash), splash.name) @ target
+    return space if is_same(own, space, corners) else clean(own, corners)
+
+
+def wanted_place(
+    splash: bpy.types.Object, sketch: bpy.types.Object, moved: np.ndarray
+) -> tuple[np.ndarray, bool]:
+    """Return where a splash made now is to be: from drawing space to the world, ``(4, 4)``.
+
+    And whether its object is there already: one that has come along, as a child, by a constraint or
+    because both were moved, stays.
+
+    moved : what :func:`strokes_moved` returned
+    """
     record = splash.splash
-    moved = np.eye(4) if moved is None else moved
     then, now = array(record.sketch_matrix), as_array(places.rigid_matrix(sketch))
     before, space = array(record.splash_matrix), mesh_space.space_of(splash.data)
     place = as_array(places.world_matrix(splash)) @ space
@@ -105,12 +123,7 @@ def settle(
         change = np.eye(4)
     elif places.is_child(splash, sketch):
         change = clean(world @ np.linalg.inv(carried), corners)
-    target = change @ place @ np.linalg.inv(moved)
-    if not np.array_equal(change, np.eye(4)) and not places.is_driven(splash):
-        places.move_to(splash, target @ np.linalg.inv(space))
-        bpy.context.view_layer.update()
-    own = places.inverted(places.world_matrix(splash), splash.name) @ target
-    return space if is_same(own, space, corners) else clean(own, corners)
+    return change @ place @ np.linalg.inv(moved), np.array_equal(change, np.eye(4))
 
 
 def carry_owned(splash: bpy.types.Object, before: np.ndarray, after: np.ndarray) -> None:

@@ -8,7 +8,7 @@ that lives for the moment.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import bpy
@@ -16,6 +16,9 @@ import numpy as np
 from mathutils import Matrix
 
 from .objects import SceneError
+
+Evaluated = Callable[[bpy.types.Object], bpy.types.Object]
+"""Returns an object as it is evaluated."""
 
 NAME = "Splash Places (temporary)"
 MARK = "splash_places_only"
@@ -185,6 +188,43 @@ def evaluated_copy(item: bpy.types.Object) -> Iterator[bpy.types.Object]:
     finally:
         bpy.data.objects.remove(copy)
         bpy.data.scenes.remove(scene)
+
+
+@contextmanager
+def at_frame(items: Sequence[bpy.types.Object], frame: int) -> Iterator[Evaluated]:
+    """Have all that is read in this block be as it is at a frame, and the shown scene at its own.
+
+    The context's scene is one that holds nothing but ``items``. The objects themselves keep the
+    values of the shown scene: what is yielded returns them with those that are keyed.
+    """
+    scene, copies = temporary_scene(), {}
+    probe = bpy.data.objects.new(NAME, None)
+    try:
+        scene.collection.objects.link(probe)
+        for item in dict.fromkeys(items):
+            probe.constraints.new("COPY_TRANSFORMS").target = item  # its place, if it is hidden
+            if item.hide_viewport:
+                copies[item] = item.copy()
+                copies[item].hide_viewport = False
+            scene.collection.objects.link(copies.get(item, item))
+        layer = scene.view_layers[0]
+        scene.frame_set(frame)  # with them in it, or their keys are not evaluated
+        with bpy.context.temp_override(scene=scene, view_layer=layer):
+            yield lambda item: copies.get(item, item).evaluated_get(layer.depsgraph)
+    finally:
+        for item in (probe, *copies.values()):
+            bpy.data.objects.remove(item)
+        bpy.data.scenes.remove(scene)
+
+
+def data_now(item: bpy.types.Object) -> bpy.types.ID:
+    """Return an object's data, not its modifiers' result, as keyed at the context's frame.
+
+    Blender writes keyed values into the data itself, but for a scene that no window shows.
+    """
+    if item.is_evaluated or MARK not in bpy.context.scene:
+        return item.data
+    return item.data.evaluated_get(bpy.context.evaluated_depsgraph_get())
 
 
 def temporary_scene() -> bpy.types.Scene:
