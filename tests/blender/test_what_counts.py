@@ -200,7 +200,7 @@ def test_smooth_takes_the_jitter_and_leaves_the_times():
         assert bends[1] < 0.2 * bends[0]
 
 
-@pytest.mark.parametrize("modify", [array, build, smooth])
+@pytest.mark.parametrize("modify", [array, build])
 def test_a_splash_is_made_of_what_modifiers_leave(modify):
     add_sketch(fan())
     modify(bpy.context.active_object)
@@ -210,10 +210,8 @@ def test_a_splash_is_made_of_what_modifiers_leave(modify):
     found, before = vertices(splash), without
     if modify is array:
         assert found[:, 2].max() > before[:, 2].max() + 0.5
-    elif modify is build:
-        assert found[:, 0].max() < 0.8 * before[:, 0].max()
     else:
-        assert found.shape != before.shape or not np.array_equal(found, before)
+        assert found[:, 0].max() < 0.8 * before[:, 0].max()
 
 
 def test_modifiers_that_are_switched_off_are_no_matter():
