@@ -236,6 +236,7 @@ def check(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
+    from ...core.obstacles import obstacles  # noqa: F401 - writing needs it: not to load it then
     from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
