@@ -150,9 +150,7 @@ def snapshot(
     device = device_for(context, settings.device)
     frame, moved = None, np.eye(4)
     if splash is not None:
-        from ...core.refinement.stored_splash import strokes_of
-
-        strokes = strokes_of(stored_liquid.read(splash.data)[0])
+        strokes = stored_liquid.strokes_of(splash.data)
         moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
         frame = None if realign else kept_frame(record, moved)
     return Request(
