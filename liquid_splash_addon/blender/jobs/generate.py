@@ -262,7 +262,7 @@ def compute(request: Request, report: Report) -> Result:
     liquid = StoredSplash(splash.fields, splash.strokes).to_bytes()
     seconds = time.perf_counter() - start
     return Result(
-        mesh=splash.mesh,
+        mesh=splash.mesh.with_edges(),
         drops=splash.drops,
         frame=splash.frame,
         liquid=liquid,
