@@ -77,6 +77,7 @@ from .ui import (
     stroke_files,
     stroke_tools,
     strokes_from_flow,
+    studio_operators,
     viewport_hint,
     vr_panel,
 )
@@ -123,6 +124,7 @@ MODULES = (
     strokes_from_flow,
     refinement_operators,
     liquid_operators,
+    studio_operators,
     motion_operators,
     simulate_operators,
     mantaflow_operators,
