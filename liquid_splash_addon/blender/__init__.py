@@ -79,6 +79,7 @@ from .ui import (
     stroke_files,
     stroke_tools,
     strokes_from_flow,
+    studio_operators,
     viewport_hint,
     vr_panel,
 )
@@ -126,6 +127,7 @@ MODULES = (
     strokes_from_flow,
     refinement_operators,
     liquid_operators,
+    studio_operators,
     motion_operators,
     simulate_operators,
     bake_operators,
