@@ -131,7 +131,7 @@ def test_sheets_are_those_of_the_model():
 
 
 def test_drops_are_in_the_model_once():
-    model = generate_layers(layered(fan(speed=8 / 3), fan(speed=8 / 3)))
+    model = generate_layers(layered(fan(), fan()))
     for name in "AB":
         model.splash_model.active = "AB".index(name)
         bpy.context.view_layer.objects.active = model
