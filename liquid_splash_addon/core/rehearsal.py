@@ -87,6 +87,7 @@ class Rehearsal:
 
         self.generator = load_generator(None, "CPU", known_fastest("cpu"))
         self.splash = make_splash(self.strokes, DRAFT, self.generator, report=report)
+        self.splash.mesh.with_edges()
         StoredSplash(self.splash.fields, self.splash.strokes).to_bytes()
 
     def formats(self, report: Report) -> None:
