@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import gc
-import itertools
 import json
 import os
 import time
@@ -32,10 +31,10 @@ ROUNDS = 300
 HUNDRED = 100
 
 GROWTH = 0.02
-"""Of the memory that may be added by a hundred rounds, after the first hundred."""
+"""Of the memory that may be added by a hundred rounds, after the warm-up."""
 
-MEASURED = 10
-"""Rounds at the end of each hundred whose mean is its memory."""
+PARTS = 10
+"""Of a run, at whose ends its memory is told."""
 
 
 class Soak:
@@ -118,17 +117,16 @@ def soak(rounds: int, seconds: float = float("inf")) -> dict[str, object]:
         scene.round(number)
         sizes.append(memory())
         counts.append(sum(len(getattr(bpy.data, kind)) for kind in ("meshes", "objects")))
-    hundreds = [
-        float(np.mean(sizes[end - MEASURED : end]))
-        for end in range(HUNDRED, len(sizes) + 1, HUNDRED)
-    ]
-    growth = [last / first - 1 for first, last in itertools.pairwise(hundreds)]
+    warm = min(HUNDRED, len(sizes) // 2)
+    slope, _ = np.polyfit(np.arange(warm, len(sizes)), sizes[warm:], 1)
+    ends = sorted({(part + 1) * len(sizes) // PARTS - 1 for part in range(PARTS)} - {-1})
     return {
         "blender": bpy.app.version_string,
         "rounds": len(sizes),
         "seconds": round(time.monotonic() - begun),
-        "megabytes": [round(size / 2**20, 1) for size in hundreds],
-        "growth": [round(share, 4) for share in growth],
+        "megabytes": {str(end + 1): round(sizes[end] / 2**20, 1) for end in ends},
+        "warm": warm,
+        "growth": round(float(slope) * HUNDRED / sizes[warm], 4),
         "orphans": len(unused()),
         "more_data": counts[-1] - counts[0],
     }
@@ -149,8 +147,8 @@ def main() -> int:
     if wanted.out is not None:
         wanted.out.parent.mkdir(parents=True, exist_ok=True)
         wanted.out.write_text(json.dumps(came))
-    is_flat = all(share < GROWTH for share in came["growth"])  # type: ignore[attr-defined]
-    return int(not (is_flat and came["orphans"] == 0 and came["more_data"] == 0))
+    is_flat = came["growth"] < GROWTH  # type: ignore[operator]
+    return int(not (is_flat and came["orphans"] == came["more_data"] == 0))
 
 
 if __name__ == "__main__":
