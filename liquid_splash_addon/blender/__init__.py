@@ -48,9 +48,11 @@ from .jobs import (
     staleness,
     work_queue,
 )
-from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
+from .scene import drop_points, locks, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
+    bake_operators,
+    bake_panel,
     export_vdb,
     liquid_operators,
     live_operators,
@@ -77,6 +79,7 @@ from .ui import (
     stroke_files,
     stroke_tools,
     strokes_from_flow,
+    studio_operators,
     viewport_hint,
     vr_panel,
 )
@@ -109,6 +112,7 @@ MODULES = (
     live,
     action_set,
     vr_drawing,
+    locks,
     drop_points,
     model_parts,
     moving_obstacles,
@@ -124,8 +128,10 @@ MODULES = (
     strokes_from_flow,
     refinement_operators,
     liquid_operators,
+    studio_operators,
     motion_operators,
     simulate_operators,
+    bake_operators,
     mantaflow_operators,
     export_vdb,
     live_operators,
@@ -138,6 +144,7 @@ MODULES = (
     look_panel,
     motion_panel,
     simulate_panel,
+    bake_panel,
     vr_panel,
     mantaflow_panel,
     speed_overlay,

@@ -92,6 +92,7 @@ class Rehearsal:
 
         self.generator = load_generator(None, "CPU", known_fastest("cpu"))
         self.splash = make_splash(self.strokes, DRAFT, self.generator, report=report)
+        self.splash.mesh.with_edges()
         StoredSplash(self.splash.fields, self.splash.strokes).to_bytes()
         smooth_as_if_full(self.splash.fields)
         slow = replace(DRAFT, speed_gain=DRAFT.speed_gain * SLOW)

@@ -64,7 +64,7 @@ class SplashSettings(Settings):
         ),
     )
     stroke_speed: float = setting(
-        0.5,
+        0.67,
         "Stroke Speed",
         "Speed of the hand in m/s at real size: for constant speed, at full pressure, and for "
         "strokes without recorded time",
@@ -72,9 +72,10 @@ class SplashSettings(Settings):
         high=10.0,
     )
     speed_gain: float = setting(
-        4.0,
+        3.0,
         "Speed Gain",
-        "Liquid speed over hand speed. Hands draw at about a quarter of the speed of splashes",
+        "Liquid speed over hand speed. Hands draw at about a third of the speed of splashes; Fit "
+        "Speed sets it to suit a sketch",
         low=0.1,
         high=20.0,
     )

@@ -25,7 +25,7 @@ import tests.benchmarks.kept_code  # noqa: F401, I001 (first)
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import work_queue
+from liquid_splash_addon.blender.jobs import compile_ahead, work_queue
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.benchmarks.watching import Imports, Watch, watch_our_calls
 from tests.blender.running_scripts import Condition, run
@@ -87,6 +87,8 @@ def measured() -> Iterator[Condition]:
         print(f"{name}: lock {WATCH.lock:.1f}, {WATCH.name} {WATCH.call:.1f}", flush=True)
         if other is not None:
             other.kill()
+    # The next Blender is one in which all was compiled before.
+    yield lambda: compile_ahead.running() is None
     print("numbers:", json.dumps(numbers), flush=True)
 
 

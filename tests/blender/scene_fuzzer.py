@@ -194,9 +194,11 @@ class Fuzz(FuzzedScene):
         bpy.ops.object.origin_set(type="ORIGIN_GEOMETRY")
 
     def do_parent_splash_to_sketch(self) -> None:
+        place = np.array(places.world_matrix(self.splash), dtype=float)
         self.splash.parent = self.sketch
         inverse = np.linalg.inv(np.array(places.world_matrix(self.sketch), dtype=float))
         self.splash.matrix_parent_inverse = Matrix(inverse.tolist())
+        places.move_to(self.splash, place)
 
     def do_offset_splash(self) -> None:
         self.splash.matrix_world = self.place()

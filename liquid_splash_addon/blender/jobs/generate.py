@@ -150,9 +150,7 @@ def snapshot(
     device = device_for(context, settings.device)
     frame, moved = None, np.eye(4)
     if splash is not None:
-        from ...core.refinement.stored_splash import strokes_of
-
-        strokes = strokes_of(stored_liquid.read(splash.data)[0])
+        strokes = stored_liquid.strokes_of(splash.data)
         moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
         frame = None if realign else kept_frame(record, moved)
     return Request(
@@ -236,6 +234,7 @@ def check(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
+    from ...core.obstacles import obstacles  # noqa: F401 - writing needs it: not to load it then
     from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
@@ -263,7 +262,7 @@ def compute(request: Request, report: Report) -> Result:
     liquid = StoredSplash(splash.fields, splash.strokes).to_bytes()
     seconds = time.perf_counter() - start
     return Result(
-        mesh=splash.mesh,
+        mesh=splash.mesh.with_edges(),
         drops=splash.drops,
         frame=splash.frame,
         liquid=liquid,

@@ -160,7 +160,7 @@ def outcome_of(task: Task, refined: Refined) -> Outcome:
     from ...core.composition.drops import drops_to_drawing, mesh_to_drawing
 
     return Outcome(
-        mesh_to_drawing(refined.mesh, task.frame),
+        mesh_to_drawing(refined.mesh, task.frame).with_edges(),
         drops_to_drawing(refined.cloud, task.frame),
         refined.gained,
         refined.warnings,

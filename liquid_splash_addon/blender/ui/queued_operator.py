@@ -12,6 +12,7 @@ from ..jobs.job import redraw_sidebars
 from ..jobs.messages import sentence_for
 from ..jobs.problems import Check
 from ..jobs.work_queue import Entry, Work
+from ..scene.objects import SceneError
 
 TICK = 0.1
 """Seconds between two checks of the work."""
@@ -62,10 +63,12 @@ class QueuedOperator:
         """Keep an error where else the user finds it later."""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Do the work at once."""
+        """Do the work at once; not in a render, where nothing is to be written."""
         manager = context.window_manager
         manager.progress_begin(0, 100)
         try:
+            if work_queue.is_locked():
+                raise SceneError("Blender is rendering or baking: wait until it is done")
             self.begin(context)
             work = self.read()
             work.write(work.compute(lambda _, done: manager.progress_update(100 * done)))
