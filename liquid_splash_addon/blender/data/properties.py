@@ -146,7 +146,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     splash_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     sketch_world: FloatVectorProperty(size=16, default=IDENTITY)
-    weights_hash: StringProperty(description="SHA-256 of the weights that made this splash")
+    weights_hash: StringProperty(description="SHA-256 of the network that made this splash")
     precision: StringProperty(description="Number format in which the generator ran")
     device: StringProperty(description="Where the generator ran")
     summary: StringProperty(description="What the last run made")
@@ -184,9 +184,9 @@ class SplashSceneGroup(bpy.types.PropertyGroup):
     start: start_property()
     live: BoolProperty(
         name="Live",
-        description="While strokes or settings are changed, a draft of the active sketch's splash "
-        "follows, and the full resolution once nothing changes any more. Esc stops what is being "
-        "made",
+        description="While strokes or settings are changed, a preview of the active sketch's "
+        "splash follows, and the full resolution once nothing changes any more. Esc stops what is "
+        "being made",
     )
     follow: BoolProperty(
         name="Follow Sketch",

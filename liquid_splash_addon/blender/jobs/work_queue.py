@@ -165,6 +165,9 @@ class Lane:
 _lanes = (Lane(), Lane())
 """For work in this process, and for that of others: an entry's ``beside`` picks one."""
 
+_used = 0.0
+"""When something was last computed, of time.monotonic."""
+
 
 def is_immediate() -> bool:
     """Whether work is done at once, because there is no window whose user would wait."""
@@ -173,6 +176,7 @@ def is_immediate() -> bool:
 
 def put(entry: Entry, first: bool = False) -> Entry:
     """Add an entry, at the end or before all others, and return it."""
+    note_use()
     waiting = _lanes[entry.beside].waiting
     waiting.insert(0 if first else len(waiting), entry)
     if not bpy.app.timers.is_registered(tick):
@@ -188,6 +192,22 @@ def running() -> Entry | None:
 def is_waiting() -> bool:
     """Whether something waits to be begun."""
     return any(lane.waiting for lane in _lanes)
+
+
+def is_busy() -> bool:
+    """Whether something is computed, or waits for that."""
+    return any(lane.entries for lane in _lanes)
+
+
+def note_use() -> None:
+    """Note that something is being computed."""
+    global _used
+    _used = time.monotonic()
+
+
+def last_used() -> float:
+    """Return when something was last computed, of time.monotonic; 0 for never."""
+    return _used
 
 
 def collecting(beside: bool = False) -> Entry | None:
@@ -220,6 +240,7 @@ def drop(entry: Entry) -> None:
 
 def _release(entry: Entry) -> None:
     """Let the next entry of its lane begin."""
+    note_use()
     lane = _lanes[entry.beside]
     if lane.running is entry:
         lane.running = None
@@ -231,6 +252,7 @@ def run_now(entry: Entry) -> None:
         work = entry.read()
         if work is not None:
             work.write(work.compute(silent))
+            note_use()
     except Exception as error:
         report_failure(entry, error)
 
@@ -304,6 +326,7 @@ def _end(lane: Lane, entry: Entry) -> None:
     except Exception as error:
         report_failure(entry, error)
     if done:
+        note_use()
         lane.running = None
 
 

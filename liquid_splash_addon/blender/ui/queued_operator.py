@@ -75,6 +75,7 @@ class QueuedOperator:
             self.begin(context)
             work = self.read()
             work.write(work.compute(lambda _, done: manager.progress_update(100 * done)))
+            work_queue.note_use()
         except Exception as error:
             return self.give_up(error)
         finally:
