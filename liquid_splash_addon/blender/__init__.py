@@ -39,8 +39,8 @@ from .jobs import (
     compose,
     draft_then_full,
     estimates,
+    idle_memory,
     live,
-    loaded_generator,
     problems,
     refine,
     scheduler,
@@ -67,6 +67,7 @@ from .ui import (
     panels,
     preferences_operators,
     preferences_panel,
+    queued_operator,
     refinement_operators,
     refinement_panel,
     select_named,
@@ -101,6 +102,7 @@ MODULES = (
     problems,
     refine,
     compose,
+    idle_memory,
     scheduler,
     staleness,
     bake_mantaflow,
@@ -117,6 +119,7 @@ MODULES = (
     moving_obstacles,
     saved_elsewhere,
     scene_motion,
+    queued_operator,
     operators,
     select_named,
     splash_operators,
@@ -174,7 +177,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Stop what is running, free the generator and remove all classes, in reverse order."""
+    """Stop what is running, free memory and remove all classes, in reverse order."""
     global _is_registered
     if not _is_registered:  # at exit Blender's module calls it once more for an enabled extension
         return
@@ -182,5 +185,4 @@ def unregister() -> None:
     atexit.unregister(unregister)
     for module in reversed(MODULES):
         module.unregister()
-    loaded_generator.free()
     compiled_code.forget()

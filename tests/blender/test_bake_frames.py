@@ -177,11 +177,12 @@ def test_a_sketch_that_moves_and_grows(splash, follows):
         np.testing.assert_allclose(shown[LAST], still, atol=1e-4 * np.ptp(still))
 
 
-def test_drawings_that_are_held_are_made_once(splash):
+def test_drawings_that_are_held_are_made_once(splash, capfd):
     animated_drawings(splash)
     assert count_drawings(splash) == 2
     stored = files_of(splash)
     assert "2 made" in splash.splash_simulation.summary
+    assert " splash(es) made, " in "".join(capfd.readouterr())
     assert stored[0] == stored[1] != stored[2]
 
 

@@ -93,7 +93,7 @@ def refined(matrix: Matrix) -> bpy.types.Object:
 
 
 def made_again(matrix: Matrix) -> bpy.types.Object:
-    """Regenerate and Realign leave it where it is."""
+    """Regenerate and Refit to Sketch leave it where it is."""
     splash = one_sketch(matrix)
     bpy.context.view_layer.objects.active = splash
     bpy.ops.splash.regenerate()

@@ -74,7 +74,7 @@ def test_strokes_outside_the_box_are_said_until_they_are_moved_back():
     sketch.data.update_tag()
     bpy.context.view_layer.update()
     activate(splash)
-    with pytest.raises(RuntimeError, match="Realign"):
+    with pytest.raises(RuntimeError, match="Refit to Sketch"):
         bpy.ops.splash.regenerate()
     sketch.data.update_tag()
     bpy.context.view_layer.update()

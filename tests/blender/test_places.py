@@ -380,5 +380,5 @@ def test_redrawn_strokes_are_asked_about():
 
     add_strokes(sketch, [line((9, 9, 9), (12, 14, 9), points=31)])
     activate(splash)
-    with pytest.raises(RuntimeError, match="Realign"):
+    with pytest.raises(RuntimeError, match="Refit to Sketch"):
         bpy.ops.splash.regenerate()

@@ -37,8 +37,9 @@ def seen(item: bpy.types.Object) -> np.ndarray:
     )
 
 
-def test_the_camera_sees_all_of_it_with_air_around(splash):
+def test_the_camera_sees_all_of_it_with_air_around(splash, capfd):
     assert bpy.ops.splash.studio() == {"FINISHED"}
+    assert "Press F12 to render" in "".join(capfd.readouterr())
     across, up, ahead = seen(splash).T
     for place in (across, up):
         assert 0 < place.min() and place.max() < 1
@@ -60,7 +61,7 @@ def test_the_table_is_under_it_and_glows_behind_it(splash):
     assert len(lights) == 4 and all(light.location.z > table.location.z for light in lights)
 
 
-def test_again_it_moves_and_leaves_nothing_behind(splash):
+def test_again_it_moves_and_leaves_nothing_behind(splash, capfd):
     bpy.ops.splash.studio()
     before, camera = counts(), bpy.context.scene.camera.location.copy()
     splash.matrix_world = Matrix.Translation((9, 0, 0)) @ splash.matrix_world
@@ -70,6 +71,7 @@ def test_again_it_moves_and_leaves_nothing_behind(splash):
     np.testing.assert_allclose(bpy.context.scene.camera.location - camera, (9, 0, 0), atol=1e-3)
     bpy.ops.splash.studio(camera=False)
     assert bpy.context.scene.camera is None and len(bpy.data.cameras) == before[3] - 1
+    assert "The studio is there" in "".join(capfd.readouterr())
 
 
 def test_the_scenes_own_camera_comes_back_without_the_studios(splash):

@@ -281,7 +281,7 @@ def generator_changes(request: Request, weights_hash: str, precision: str) -> li
     """Warn of a generator other than that of the last run: its weights, its number format."""
     warnings = []
     if request.last_weights not in ("", weights_hash):
-        warnings.append("Made with other weights than last time: the splash may look different")
+        warnings.append("Made with another network than last time: the splash may look different")
     if request.precision not in ("", precision):
         warnings.append(
             f"Made in the format {precision}: {request.precision} is not available on this device. "
@@ -385,6 +385,7 @@ def remember(
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)
+    record.made_threshold = request.settings.surface_threshold
     record.fastest, record.regime = result.fastest, result.regime
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size

@@ -134,7 +134,7 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
         layout = self.layout
         record = shown_splash(context).splash
         layout.label(text=record.summary)
-        layout.label(text=f"{record.device}, {record.precision}, weights {record.weights_hash[:8]}")
+        layout.label(text=f"{record.device}, {record.precision}, network {record.weights_hash[:8]}")
         layout.use_property_split = True
         layout.prop(record, "sketch")
         for other in record.others:
