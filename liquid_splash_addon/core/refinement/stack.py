@@ -168,6 +168,8 @@ class Refiner:
             room = None
             gained.append(change)
             warnings += said
+        if films is not None:  # a rim takes up drops that it has come to touch
+            cloud = cloud.only(cloud.clear_of(mesh))
         half = None if films is None else carried_room(*films, mesh, cloud.radii[cloud.owner])
         mesh = self._pushed_out(mesh.joined(cloud.mesh))
         warnings += [obstacle.warning for obstacle in self.obstacles if obstacle.warning]
