@@ -25,7 +25,7 @@ EXIT_CODES = """exit codes:
   0  all splashes were written
   1  some were not: a line says why for each
   2  the command line is wrong
-  3  no splash can be made on this machine: a package, the weights or the device is missing
+  3  no splash can be made on this machine: a package, the network or the device is missing
 """
 
 SEVERAL_VARIATION = 1.0
@@ -63,7 +63,7 @@ def parser(program: str) -> argparse.ArgumentParser:
         metavar="NAME[:SETTING=VALUE,...]",
         help="a preset or a refinement, see --list-refinements; several are done in order",
     )
-    add("--weights", type=Path, metavar="FILE", help="other weights than the bundled ones")
+    add("--weights", type=Path, metavar="FILE", help="another network than the bundled one")
     add(
         "--precision",
         default="",

@@ -17,6 +17,7 @@ from animation_curves import FRAME_MS, TITLES, draw_curves, facts_of, read_mesh
 from mathutils import Vector
 from PIL import Image
 
+from liquid_splash_addon.blender.scene import studio
 from liquid_splash_addon.blender.scene.material import water_material
 from training.figures.picture import contact_sheet, titled
 
@@ -126,13 +127,13 @@ def set_scene(place: Any, subject: Any, options: Any) -> bpy.types.Object:
     table.use_cycles(scene, options.samples, options.size)
     scene.view_settings.exposure = subject.exposure
     scene.cycles.max_bounces = BOUNCES
-    table.set_world(SKY)
-    table.add_lights(centre, radius, subject.view)
+    scene.world = studio.world_of(SKY)
+    studio.add_lights(scene.collection, centre, radius, subject.view)
     half = size / 2 * (subject.width, subject.width, 1.2)
     signs = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T
     corners = np.array(facts["centre"]) + signs * half
     corners[:, 2] = np.maximum(corners[:, 2], facts["pool"])
-    table.add_camera(scene, corners, subject.view, demo.LENS)
+    studio.add_camera(scene, scene.collection, corners, subject.view, studio.LENS)
     return item
 
 

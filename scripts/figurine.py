@@ -6,7 +6,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import bpy
-import scene as table
+
+from liquid_splash_addon.blender.scene import studio
 
 JOINTS = {
     "hip": ((0.0, 0.0, -0.05), 0.26),
@@ -72,7 +73,7 @@ def add_flesh(dancer: bpy.types.Object) -> None:
 
 def brass() -> bpy.types.Material:
     """Return a brushed metal."""
-    material, nodes, links = table.empty_material("Brass")
+    material, nodes, links = studio.empty_material("Brass")
     shader = nodes.new("ShaderNodeBsdfPrincipled")
     for name, value in BRASS.items():
         shader.inputs[name].default_value = value

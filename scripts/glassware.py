@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-import scene as table
+
+from liquid_splash_addon.blender.scene import studio
 
 SIDES = 64
 
@@ -73,7 +74,7 @@ def add_turned(
 
 def glass(name: str, colour: Sequence[float], clear: float) -> bpy.types.Material:
     """Return glass of a colour; clear : share of the light that goes through."""
-    material, nodes, links = table.empty_material(name)
+    material, nodes, links = studio.empty_material(name)
     shader = nodes.new("ShaderNodeBsdfPrincipled")
     shader.inputs["Base Color"].default_value = colour
     shader.inputs["Roughness"].default_value = 0.03

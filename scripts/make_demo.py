@@ -26,6 +26,7 @@ from mathutils import Vector
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.scene import sketch as sketches
+from liquid_splash_addon.blender.scene import studio
 from liquid_splash_addon.blender.scene.grease_pencil import read_drawings
 from liquid_splash_addon.blender.scene.places import rigid_matrix
 from liquid_splash_addon.core.refinement.presets import STARTS
@@ -33,7 +34,6 @@ from liquid_splash_addon.core.sketch.presets import PRESETS as PRESET_SKETCHES
 from liquid_splash_addon.core.sketch.presets import example_sketch
 
 VIEW = Vector((0.25, 1.0, -0.28)).normalized()
-LENS = 70.0
 STROKE_COLOUR = (1.0, 0.18, 0.02, 1.0)
 
 
@@ -97,19 +97,15 @@ def set_table(
     size: tuple[int, int],
     view: Vector = VIEW,
     margin: float = 0.25,
-    glow: Sequence[Any] = table.BLUE,
+    glow: Sequence[Any] = studio.BLUE,
 ) -> None:
     """Put table, lights and camera around ``points`` ``(n, 3)``, seen along ``view``.
 
     margin : air around them, over their size
     """
     scene = bpy.context.scene
-    low, high = Vector(points.min(axis=0)), Vector(points.max(axis=0))
-    centre, radius = (low + high) / 2, (high - low).length / 2
     table.use_cycles(scene, samples, size)
-    table.add_table(centre, low.z + 0.02 * radius, radius, view, glow)
-    table.add_lights(centre, radius, view)
-    table.add_camera(scene, table.widened(points, margin), view, LENS)
+    studio.build(scene, points, view, glow, margin)
 
 
 def show_strokes(sketch: bpy.types.Object, width: float) -> list[bpy.types.Object]:

@@ -21,6 +21,7 @@ from PIL import Image
 import liquid_splash_addon
 from liquid_splash_addon.blender.data.refinements import add_step
 from liquid_splash_addon.blender.jobs import refine
+from liquid_splash_addon.blender.scene import studio
 from liquid_splash_addon.core.refinement.presets import BARE
 from liquid_splash_addon.core.refinement.settings import SheetSettings
 from training.figures.picture import contact_sheet, titled
@@ -76,7 +77,7 @@ def use_clay(splash: bpy.types.Object) -> None:
     for name, value in CLAY.items():
         shader.inputs[name].default_value = value
     splash.data.materials[0] = clay
-    table.set_world(GREY)
+    bpy.context.scene.world = studio.world_of(GREY)
     bpy.data.objects.remove(bpy.data.objects["Table"])
     bpy.context.scene.view_settings.look = "None"
 

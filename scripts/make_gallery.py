@@ -33,6 +33,7 @@ import liquid_splash_addon
 from liquid_splash_addon.blender.data.refinements import add_step
 from liquid_splash_addon.blender.jobs import refine
 from liquid_splash_addon.blender.scene import sketch as sketches
+from liquid_splash_addon.blender.scene import studio
 from liquid_splash_addon.core.refinement.presets import PRESETS
 from liquid_splash_addon.core.refinement.settings import WaveSettings
 from liquid_splash_addon.core.sketch.drawing import Drawing
@@ -80,7 +81,7 @@ def picture(name: str, options: argparse.Namespace) -> Image.Image:
     around = around[around[:, 2] > look.get("from_height", -np.inf)]
     demo.set_table(
         around, options.samples, options.size, look.get("view", SIDE), margin=0.16,
-        glow=look.get("glow", table.BLUE),
+        glow=look.get("glow", studio.BLUE),
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "shot.png"
@@ -94,7 +95,7 @@ def picture(name: str, options: argparse.Namespace) -> Image.Image:
 def splash(preset: str, reach: float = 0.0, **controls: Any):
     """Return the refined splash of a preset sketch, or the model of its layers.
 
-    reach : the setting of that name, m; 0 for none.
+    reach : the setting *Keep Near*, m; 0 for none.
     """
     sketch = models.add_sketch(preset, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **controls)
     return refined(sketch, **({"reach": reach} if reach else {}))
@@ -147,7 +148,7 @@ def jet():
 
 def streamlet():
     """Streamlet of juice."""
-    return splash("STREAMLET"), {"liquid": "juice", "view": ABOVE, "glow": table.WARM}
+    return splash("STREAMLET"), {"liquid": "juice", "view": ABOVE, "glow": studio.WARM}
 
 
 def sheet():
@@ -172,13 +173,13 @@ def heart():
     return splash("HEART", 0.016, asymmetry=0.1, pour=0.7), {
         "liquid": "wine",
         "view": FRONT,
-        "glow": table.WARM,
+        "glow": studio.WARM,
     }
 
 
 def butterfly():
     """Butterfly of ink."""
-    look = {"liquid": "ink", "view": FRONT, "glow": table.WARM}
+    look = {"liquid": "ink", "view": FRONT, "glow": studio.WARM}
     model = splash("BUTTERFLY", asymmetry=0.15)
     turn = (0.0, -np.pi / 2, 0.0)
     body = {"length": 1.0, "height": 0.0, "thickness": 0.12, "asymmetry": 0.0, "jags": 0.0}
@@ -227,7 +228,7 @@ def wine():
         letters.append([path for line in lines for path in pen_line(line + [x, 0.0])])
         x += wide + 0.3
     item = sketch_of(*letters, speed=2.0)
-    look = {"liquid": "wine", "view": FRONT, "glow": table.WARM}
+    look = {"liquid": "wine", "view": FRONT, "glow": studio.WARM}
     return refined(item, reach=0.014), look
 
 
@@ -277,7 +278,7 @@ def whip():
     width = 0.12 + 0.4 * np.sin(np.pi * share) ** 1.5 + 0.1 * share
     paths = ribbon(centre, width, 7, (0.0, 0.45), 0.2, 0.08)
     made = refined(sketch_of(paths), waves=False)
-    return made, {"liquid": "paint", "view": FRONT, "glow": table.WARM}
+    return made, {"liquid": "paint", "view": FRONT, "glow": studio.WARM}
 
 
 SUBJECTS: dict[str, Callable[[], tuple[bpy.types.Object, Look]]] = {

@@ -25,6 +25,7 @@ from mathutils import Vector
 from PIL import Image
 
 import liquid_splash_addon
+from liquid_splash_addon.blender.scene import studio
 from liquid_splash_addon.blender.ui.sketch_presets import property_name
 from liquid_splash_addon.core.refinement.presets import BARE
 from training.figures.picture import contact_sheet, titled
@@ -87,7 +88,7 @@ def butterfly(options: argparse.Namespace) -> Shots:
     settings = model.splash_model.settings
     settings.blend = 5.0
     settings.mirror_x = True
-    set_table(model, options, FRONT, margin=0.15, glow=table.WARM)
+    set_table(model, options, FRONT, margin=0.15, glow=studio.WARM)
     settings.mirror_x = False
     yield "wings, body, antenna: a splash each"
     settings.mirror_x = True
@@ -100,7 +101,7 @@ def heart(options: argparse.Namespace) -> Shots:
     model = generate_layers()
     pour(model, "wine")
     model.splash_model.settings.blend = 5.0
-    set_table(model, options, FRONT, margin=0.15, glow=table.WARM)
+    set_table(model, options, FRONT, margin=0.15, glow=studio.WARM)
     splashes = [part.splash for part in model.splash_model.parts]
     # Of another colour at first, so that one sees where it ends in the heart.
     streamlet = splashes[1].data.materials
@@ -131,8 +132,9 @@ def skirt(options: argparse.Namespace) -> Shots:
     dress(splash, figures)
     show_only([dancer, splash], lines)
     yield "milk around the figure (Fig. 11)"
-    close = table.widened(table.world_points(splash), 0.1)
-    table.add_camera(bpy.context.scene, close, ABOVE, demo.LENS)
+    close = studio.widened(table.world_points(splash), 0.1)
+    scene = bpy.context.scene
+    studio.add_camera(scene, scene.collection, close, ABOVE, studio.LENS)
     show_only([splash], [dancer])
     dress(splash, None)
     yield "the milk alone, without obstacle"

@@ -37,32 +37,9 @@ def make_splash() -> None:
 def open_splash(path: Path) -> None:
     """Open a file with a splash, hide its sketch and select the splash."""
     bpy.ops.wm.open_mainfile(filepath=str(path.resolve()))
-    scene = bpy.context.scene
-    if scene.camera is None:
-        scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-        scene.collection.objects.link(scene.camera)
-    for item in scene.objects:
+    for item in bpy.context.scene.objects:
         item.hide_render = item.type == "GREASEPENCIL"
         item.select_set(item.type == "MESH")
-
-
-def look_from_the_side(turn: float) -> None:
-    """Turn the camera as one turns a view: nearly level, all of the splash in it.
-
-    turn : about the vertical, from the front, radians
-    """
-    bpy.context.scene.camera.rotation_euler = (1.38, 0.0, turn)
-    bpy.context.view_layer.update()
-    bpy.ops.view3d.camera_to_view_selected()
-
-
-def light_with_a_sky(world: bpy.types.World) -> None:
-    """Give the world a Sky Texture."""
-    tree = world.node_tree
-    background = tree.nodes["Background"]
-    sky = tree.nodes.new("ShaderNodeTexSky")
-    tree.links.new(sky.outputs["Color"], background.inputs["Color"])
-    background.inputs["Strength"].default_value = 0.15
 
 
 def render(path: Path) -> None:
@@ -88,8 +65,7 @@ def main() -> None:
         make_splash()
     else:
         open_splash(options.file)
-    look_from_the_side(0.8 if options.file is None else 0.5)
-    light_with_a_sky(bpy.context.scene.world)
+    bpy.ops.splash.studio()
     render(options.out)
 
 

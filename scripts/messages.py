@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import argparse
 import ast
+import re
 from collections.abc import Iterator, Mapping
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,9 +36,11 @@ GAP = "…"
 SHORTEST = 12
 """Letters: what is shorter is a name, to be filled into other messages."""
 
-
 TELLING = 9
 """Letters of a part of a message that tell it from others."""
+
+SEAM = 6
+"""Letters on either side of what is filled in."""
 
 
 class Message(NamedTuple):
@@ -155,20 +160,32 @@ def page(text: str) -> str:
 def unnamed() -> list[Message]:
     """List the messages of which no test names any part: nobody may provoke them."""
     named = {
-        node.value
+        node.value.replace("\\", "")  # patterns quote brackets and dots
         for path in (ROOT / "tests").rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
-    parts = [text for text in named if len(text) >= TELLING]
-    return [
-        item
-        for item in messages()
-        if not any(part in item.text for part in parts)
-        and not any(
-            len(own) >= TELLING and own in part for own in item.text.split(GAP) for part in parts
-        )
-    ]
+    return [item for item in messages() if not any(names(part, item.text) for part in named)]
+
+
+def names(part: str, text: str) -> bool:
+    """Whether a test's words are those of a message: they lie in it, or span what is filled in."""
+    if len(part) < TELLING:
+        return False
+    if part in text:
+        return True
+    own = text.split(GAP)
+    if any(len(piece) >= TELLING and piece in part for piece in own):
+        return True
+    return any(
+        seam(before, after).search(part) for before, after in pairwise(own) if before and after
+    )
+
+
+@cache
+def seam(before: str, after: str) -> re.Pattern[str]:
+    """Return what finds the ends of two pieces of a message with something filled in between."""
+    return re.compile(f"{re.escape(before[-SEAM:])}.+?{re.escape(after[:SEAM])}")
 
 
 def main() -> None:

@@ -23,6 +23,23 @@ def test_a_message_is_one_short_line() -> None:
     assert [item for item in found if len(item.text) > MOST or "\n" in item.text] == []
 
 
+def test_every_message_is_provoked_by_a_test():
+    assert messages.unnamed() == []
+
+
+@pytest.mark.parametrize(
+    ("part", "is_named"),
+    [
+        ("Take the first of these", True),
+        ("'Rock' of these: choose", True),
+        ("Take them", False),
+        ("of these", False),
+    ],
+)
+def test_words_of_a_test_name_a_message_also_across_what_is_filled_in(part, is_named) -> None:
+    assert messages.names(part, "Take the … of these: choose") == is_named
+
+
 SAID = """
 class OwnError(ValueError): pass
 

@@ -39,8 +39,8 @@ from .jobs import (
     compose,
     draft_then_full,
     estimates,
+    idle_memory,
     live,
-    loaded_generator,
     problems,
     refine,
     scheduler,
@@ -48,9 +48,11 @@ from .jobs import (
     staleness,
     work_queue,
 )
-from .scene import drop_points, model_parts, moving_obstacles, saved_elsewhere
+from .scene import drop_points, locks, model_parts, moving_obstacles, saved_elsewhere
 from .scene import motion as scene_motion
 from .ui import (
+    bake_operators,
+    bake_panel,
     export_vdb,
     liquid_operators,
     live_operators,
@@ -65,6 +67,7 @@ from .ui import (
     panels,
     preferences_operators,
     preferences_panel,
+    queued_operator,
     refinement_operators,
     refinement_panel,
     select_named,
@@ -77,6 +80,7 @@ from .ui import (
     stroke_files,
     stroke_tools,
     strokes_from_flow,
+    studio_operators,
     viewport_hint,
     vr_panel,
 )
@@ -98,6 +102,7 @@ MODULES = (
     problems,
     refine,
     compose,
+    idle_memory,
     scheduler,
     staleness,
     bake_mantaflow,
@@ -108,11 +113,13 @@ MODULES = (
     live,
     action_set,
     vr_drawing,
+    locks,
     drop_points,
     model_parts,
     moving_obstacles,
     saved_elsewhere,
     scene_motion,
+    queued_operator,
     operators,
     select_named,
     splash_operators,
@@ -123,8 +130,10 @@ MODULES = (
     strokes_from_flow,
     refinement_operators,
     liquid_operators,
+    studio_operators,
     motion_operators,
     simulate_operators,
+    bake_operators,
     mantaflow_operators,
     export_vdb,
     live_operators,
@@ -137,6 +146,7 @@ MODULES = (
     look_panel,
     motion_panel,
     simulate_panel,
+    bake_panel,
     vr_panel,
     mantaflow_panel,
     speed_overlay,
@@ -167,7 +177,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Stop what is running, free the generator and remove all classes, in reverse order."""
+    """Stop what is running, free memory and remove all classes, in reverse order."""
     global _is_registered
     if not _is_registered:  # at exit Blender's module calls it once more for an enabled extension
         return
@@ -175,5 +185,4 @@ def unregister() -> None:
     atexit.unregister(unregister)
     for module in reversed(MODULES):
         module.unregister()
-    loaded_generator.free()
     compiled_code.forget()

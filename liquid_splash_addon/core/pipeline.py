@@ -105,7 +105,7 @@ def make_splash(
     fields = fields.round_off()
     report("Building surface", 0.7)
     if not (fields.occupancy > settings.surface_threshold).any():
-        raise StrokeError("These strokes give no liquid: lower Surface Threshold, or raise Reach")
+        raise StrokeError("These strokes give no liquid: lower Thinness, or raise Keep Near")
     warnings = speed_warnings(local, model.velocities_to_drawing(generator.fastest))
     regime = in_words(model, local)
     if not refinements and not obstacles and look is None:
@@ -176,7 +176,7 @@ def prepare_frame(
     kept, anew = (model_scale(one.strokes_to_local(strokes)).length for one in (frame, fitted))
     if kept < LEAST_KEPT * anew:
         raise StrokeError(
-            "The strokes lie outside the splash's box: use Realign, or move them back"
+            "The strokes have left their splash: use Refit to Sketch, or move them back"
         )
     return frame
 

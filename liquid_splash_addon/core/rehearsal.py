@@ -20,6 +20,8 @@ from .compiled_code import FIRST, REACHED, REFINED
 from .compiling import while_compiling
 from .composition.model import Composer, refined_part
 from .generator.loading import load_generator, load_torch
+from .grid import LOCAL_SPACING
+from .liquid.edge_smoothing import smoothed_edges
 from .liquid.fields import AIR, Fields, clip_to_band
 from .liquid.level_set import LevelSet
 from .mantaflow.domain import Domain, bounds
@@ -52,6 +54,9 @@ if TYPE_CHECKING:
 DRAFT = SplashSettings(resolution="64", device="CPU")
 FULL = replace(DRAFT, resolution="128")
 UNUSUAL = replace(DRAFT, variation=0.5, reach=0.05, breakup=4.0, divergence_free=True)
+
+SLOW = 0.15
+"""Times the usual speed gain at which a splash breaks up, as one of slow strokes does."""
 
 STEP = 0.01
 """Part of what is left of a stage that a function stands for: a stage has tens to hundreds."""
@@ -87,7 +92,11 @@ class Rehearsal:
 
         self.generator = load_generator(None, "CPU", known_fastest("cpu"))
         self.splash = make_splash(self.strokes, DRAFT, self.generator, report=report)
+        self.splash.mesh.with_edges()
         StoredSplash(self.splash.fields, self.splash.strokes).to_bytes()
+        smooth_as_if_full(self.splash.fields)
+        slow = replace(DRAFT, speed_gain=DRAFT.speed_gain * SLOW)
+        make_splash(self.strokes, slow, self.generator, self.splash.frame, report=report)
 
     def formats(self, report: Report) -> None:
         """Make a draft in every other number format that is of use here: the user may choose."""
@@ -162,11 +171,11 @@ class Rehearsal:
 
 
 STAGES = (
-    ("First draft", Rehearsal.draft, REACHED[FIRST], FIRST),
+    ("First preview", Rehearsal.draft, REACHED[FIRST], FIRST),
     ("Usual refinements", Rehearsal.refined, REACHED[REFINED] - REACHED[FIRST], REFINED),
     ("Other refinements", Rehearsal.refinements, 0.13),
     ("Number formats", Rehearsal.formats, 0.22),
-    ("Other drafts", Rehearsal.unusual, 0.02),
+    ("Other previews", Rehearsal.unusual, 0.02),
     ("Obstacles", Rehearsal.obstacles, 0.09),
     ("Models", Rehearsal.model, 0.03),
     ("Mantaflow", Rehearsal.export, 0.02),
@@ -205,6 +214,12 @@ def counted(label: str, report: Report) -> Iterator[Report]:
 
     with while_compiling(lambda: move(share + STEP * (1 - share))):
         yield lambda _, done: move(done)
+
+
+def smooth_as_if_full(fields: Fields) -> None:
+    """Smooth the edges of a draft as those of a full result are, whose cells are finer."""
+    liquid = LevelSet.of(fields)
+    smoothed_edges(replace(liquid, grid=replace(liquid.grid, spacing=LOCAL_SPACING)))
 
 
 class Bowl:

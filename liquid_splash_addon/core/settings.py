@@ -64,7 +64,7 @@ class SplashSettings(Settings):
         ),
     )
     stroke_speed: float = setting(
-        0.5,
+        0.67,
         "Stroke Speed",
         "Speed of the hand in m/s at real size: for constant speed, at full pressure, and for "
         "strokes without recorded time",
@@ -72,9 +72,10 @@ class SplashSettings(Settings):
         high=10.0,
     )
     speed_gain: float = setting(
-        4.0,
+        3.0,
         "Speed Gain",
-        "Liquid speed over hand speed. Hands draw at about a quarter of the speed of splashes",
+        "Liquid speed over hand speed. Hands draw at about a third of the speed of splashes; Fit "
+        "Speed sets it to suit a sketch",
         low=0.1,
         high=20.0,
     )
@@ -99,22 +100,22 @@ class SplashSettings(Settings):
     resolution: str = setting(
         "128",
         "Resolution",
-        "Cells along each side of the generator's box",
+        "Voxels along each side of the space that a splash is made in",
         items=(
-            ("64", "64 (Draft)", "Fast draft"),
-            ("128", "128", "Full resolution"),
+            ("64", "64 (Preview)", "Fast, to see where the liquid goes"),
+            ("128", "128", "The result"),
         ),
     )
     surface_threshold: float = setting(
         0.5,
-        "Surface Threshold",
-        "Probability of liquid at the surface: lower is fuller, higher is thinner",
+        "Thinness",
+        "How sure it must be that there is liquid: lower is fuller, higher is thinner",
         low=0.05,
         high=0.95,
     )
     reach: float = setting(
         0.0,
-        "Reach (m)",
+        "Keep Near (m)",
         "Farthest that liquid may be from a stroke, in metres at real size (0: no bound). "
         "About 0.01 keeps letters and figures of a few strokes from being filled by sheets",
         low=0.0,
@@ -148,7 +149,7 @@ class SplashSettings(Settings):
     device: str = setting(
         "AUTO",
         "Device",
-        "Where the generator runs",
+        "What computes the splash",
         items=(
             ("AUTO", "Automatic", "The GPU if torch can use one, else the processor"),
             ("CPU", "CPU", "The processor"),
@@ -230,7 +231,7 @@ class ModelSettings(Settings):
     blend: float = setting(
         2.0,
         "Blend",
-        "Width of the smooth joint between splashes, in cells of the finest: 0 for a sharp one",
+        "Width of the smooth joint between splashes, in voxels of the finest: 0 for a sharp one",
         low=0.0,
         high=8.0,
     )

@@ -16,11 +16,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import tests.benchmarks.kept_code  # noqa: F401, I001 (first)
+
 import bpy
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import work_queue
-from liquid_splash_addon.core import compiled_code
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.benchmarks.watching import Imports, Watch, watch_our_calls
 from tests.blender.running_scripts import Condition, run, show_tab
@@ -75,7 +76,6 @@ def measured() -> Iterator[Condition]:
 
 
 if __name__ == "__main__":
-    compiled_code.keep_below(Path(sys.argv[-1]))
     liquid_splash_addon.register()
     watch_our_calls(WATCH)
     bpy.context.preferences.view.show_splash = False

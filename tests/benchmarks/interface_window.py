@@ -20,11 +20,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import tests.benchmarks.kept_code  # noqa: F401, I001 (first)
+
 import bpy
 
 import liquid_splash_addon
-from liquid_splash_addon.blender.jobs import work_queue
-from liquid_splash_addon.core import compiled_code
+from liquid_splash_addon.blender.jobs import compile_ahead, work_queue
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.benchmarks.watching import Imports, Watch, watch_our_calls
 from tests.blender.running_scripts import Condition, run
@@ -86,11 +87,12 @@ def measured() -> Iterator[Condition]:
         print(f"{name}: lock {WATCH.lock:.1f}, {WATCH.name} {WATCH.call:.1f}", flush=True)
         if other is not None:
             other.kill()
+    # The next Blender is one in which all was compiled before.
+    yield lambda: compile_ahead.running() is None
     print("numbers:", json.dumps(numbers), flush=True)
 
 
 if __name__ == "__main__":
-    compiled_code.keep_below(Path(sys.argv[-1]))
     liquid_splash_addon.register()
     watch_our_calls(WATCH)
     bpy.context.preferences.view.show_splash = False

@@ -19,11 +19,12 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import tests.benchmarks.kept_code  # noqa: F401, I001 (first)
+
 import bpy
 
 import liquid_splash_addon
 from liquid_splash_addon.blender.jobs import draft_then_full, generate, live
-from liquid_splash_addon.core import compiled_code
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from tests.benchmarks.interface_window import WATCH
 from tests.blender.live_window import at_rest
@@ -116,7 +117,6 @@ def measured() -> Iterator[Condition]:
 
 
 if __name__ == "__main__":
-    compiled_code.keep_below(Path(sys.argv[-1]))
     liquid_splash_addon.register()
     generate.write = note_writing(generate.write)
     bpy.types.SpaceView3D.draw_handler_add(note_drawing, (), "WINDOW", "POST_VIEW")

@@ -9,6 +9,8 @@ from typing import Any
 import bpy
 
 from liquid_splash_addon.blender.ui import (
+    bake_operators,
+    bake_panel,
     mantaflow_operators,
     mantaflow_panel,
     model_operators,
@@ -62,9 +64,10 @@ def drawn(panel: Any) -> str:
 
 def classes(base: type) -> list[Any]:
     """Return the add-on's classes of a kind, panels or operators."""
-    rooms = (mantaflow_operators, mantaflow_panel, model_operators, model_panel, motion_operators,
-             motion_panel, operators, panels, preferences_operators, refinement_operators,
-             refinement_panel, simulate_operators, simulate_panel)  # fmt: skip
+    rooms = (bake_operators, bake_panel, mantaflow_operators, mantaflow_panel, model_operators,
+             model_panel, motion_operators, motion_panel, operators, panels, preferences_operators,
+             refinement_operators, refinement_panel, simulate_operators,
+             simulate_panel)  # fmt: skip
     found = {
         value
         for room in rooms

@@ -89,11 +89,11 @@ def text(folder: Path) -> Path:
 
 
 BAD_WEIGHTS = {
-    "missing": (lambda folder: folder / "nowhere.safetensors", "No weights at"),
-    "a folder": (lambda folder: folder, "No weights at"),
+    "missing": (lambda folder: folder / "nowhere.safetensors", "No network at"),
+    "a folder": (lambda folder: folder, "No network at"),
     "truncated": (truncated, "damaged"),
-    "foreign": (foreign, "no weights file|has the format"),
-    "text": (text, "no weights file"),
+    "foreign": (foreign, "no network of Liquid Splash|has the format"),
+    "text": (text, "no network of Liquid Splash"),
 }
 
 

@@ -106,6 +106,24 @@ def test_where_code_is_kept_is_told_and_what_is_reached_is_noted(small, tmp_path
     assert compiled_code.has_reached("first") and not compiled_code.has_reached("refined")
 
 
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="Windows has classes of priority instead")
+@pytest.mark.parametrize("is_awaited", [True, False])
+def test_what_nobody_waits_for_any_more_lets_all_else_go_first(small, is_awaited):
+    if not is_awaited:
+        compiled_code.note_reached(compiled_code.REFINED)
+    rehearsal(small, "import os", "report(str(os.nice(0)), 0.5)", "reached('refined')",
+              "report(str(os.nice(0)), 0.6)")  # fmt: skip
+    heard = []
+    ahead = compile_ahead.start()
+    hear = ahead.hear
+    ahead.hear = lambda said: (heard.append(said.get("stage")), hear(said))
+    assert (ahead._helper is not None) == (is_awaited and (os.cpu_count() or 1) > 1)
+    ahead.wait(120)
+    ours = os.nice(0)
+    later = min(ours + 10, 19)
+    assert [stage for stage in heard if stage] == [str(ours if is_awaited else later), str(later)]
+
+
 def test_a_job_waits_for_what_it_needs_and_for_nothing_else(small, tmp_path):
     said = []
     report = lambda *what: said.append(what)  # noqa: E731

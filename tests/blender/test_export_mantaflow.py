@@ -2,16 +2,20 @@
 """The button that exports a splash to Mantaflow, whatever is in its way."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 
-from liquid_splash_addon.blender.jobs import bake_mantaflow
+from liquid_splash_addon.blender.jobs import bake_mantaflow, export_mantaflow, loaded_generator
 from liquid_splash_addon.blender.jobs.export_mantaflow import reason_to_export
 from liquid_splash_addon.blender.scene import fluid_domain
+from liquid_splash_addon.blender.scene.objects import SceneError
+from liquid_splash_addon.core.liquid.fields import AIR, Fields
 from liquid_splash_addon.core.mantaflow.cache_files import data_path, has_frame
 from tests.blender.manta_module import mend
-from tests.blender.sketching import add_sketch, fan, generate
+from tests.blender.sketching import TubeGenerator, add_sketch, fan, generate
 
 pytestmark = pytest.mark.usefixtures("thick_drafts")
 
@@ -154,6 +158,55 @@ def test_what_cannot_be_exported_is_said_and_nothing_is_lost(splash, tmp_path):
         bpy.ops.splash.mantaflow_export()
     bpy.context.view_layer.objects.active = None
     assert not bpy.ops.splash.mantaflow_export.poll()
+
+
+class Bursting(TubeGenerator):
+    """A ball whose liquid flies apart at once: all of that is divergence."""
+
+    def generate(self, condition, grid, *_inputs):
+        centres = np.stack(np.meshgrid(*(np.arange(n) - n / 2 for n in grid.shape), indexing="ij"))
+        away = np.linalg.norm(centres, axis=0) - 8
+        distance = np.clip(away, -AIR, AIR).astype(np.float32)
+        velocity = (0.2 * centres).astype(np.float32)
+        return Fields(1 / (1 + np.exp(2 * distance)), distance, velocity, grid)
+
+
+def test_motion_that_the_solver_removes_is_told(splash, monkeypatch):
+    monkeypatch.setattr(loaded_generator, "get", lambda *_: Bursting())
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+    assert not bpy.context.scene.splash_mantaflow.settings.divergence_free
+    said = export(splash).splash_domain.warnings
+    assert "Switch on Divergence-Free: the solver's first step will remove" in said
+
+
+def test_too_much_gravity_is_refused(splash):
+    bpy.context.scene.gravity = (0, 0, -1e-3)
+    with pytest.raises(RuntimeError, match="Scale the splash down, or lower Gravity: at"):
+        bpy.ops.splash.mantaflow_export()
+
+
+def test_what_is_linked_cannot_be_set(splash, tmp_path):
+    export(splash)
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.active_object.name = "Rock"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    name = bpy.context.scene.name
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, into):
+        into.scenes = [name]
+    (scene,) = into.scenes
+    domain = scene.objects[fluid_domain.NAME]
+    with pytest.raises(SceneError, match=f"The domain '{domain.name}' is linked from another"):
+        fluid_domain.check_usable(domain)
+    linked = domain.splash_domain.source
+    bpy.data.objects.remove(domain)
+    with pytest.raises(SceneError, match=f"The scene '{scene.name}' is linked from another file"):
+        export_mantaflow.read_task(SimpleNamespace(scene=scene), linked, "cache")
+    collection = bpy.data.collections.new("Obstacles")
+    collection.objects.link(scene.objects["Rock"])
+    around = SimpleNamespace(splash_obstacles=SimpleNamespace(collection=collection))
+    said = fluid_domain.add_effectors(around)
+    assert "Obstacle 'Rock' is linked, so it cannot be an effector: make it" in said[0]
 
 
 def test_obstacles_become_effectors_and_inflows_stay(splash):

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-from mathutils import Matrix
 
 from liquid_splash_addon.blender.data.look import METRES
 from liquid_splash_addon.blender.jobs import staleness
@@ -19,6 +23,7 @@ from liquid_splash_addon.core.liquids import LIQUIDS
 from liquid_splash_addon.core.refinement.shader_attributes import NAMES
 from tests.blender.drawing_panels import drawn
 from tests.blender.sketching import SIZE, add_sketch, fan, generate, vertices
+from tests.blender.slab import shot
 
 pytestmark = pytest.mark.usefixtures("tubes")
 PLAIN = set(NAMES) - {"tint", "tinted"}
@@ -198,40 +203,6 @@ def test_attributes_reach_usd(splash, tmp_path):
     assert meshes and {a.name for a in meshes[0].attributes} >= PLAIN
 
 
-def shot(folder: Path, material: bpy.types.Material, thick: float, metres: float) -> np.ndarray:
-    """Return the colour of a glowing wall seen through a slab, linear, over the wall's own."""
-    scene = bpy.context.scene
-    for item in [*scene.objects]:
-        bpy.data.objects.remove(item)
-    wall = bpy.data.worlds.new("Wall")
-    if bpy.app.version < (5, 0, 0):
-        wall.use_nodes = True
-    background = next(n for n in wall.node_tree.nodes if n.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (1, 1, 1, 1)
-    scene.world = wall
-    bpy.ops.mesh.primitive_cube_add(size=1)
-    slab = bpy.context.active_object
-    slab.data.transform(Matrix.Diagonal((20, 20, thick, 1)))
-    slab.scale = (0.5, 0.5, 0.5)
-    slab.data.materials.append(material)
-    slab[METRES] = metres / 2
-    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.camera.location = (0, 0, 5)
-    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 0.01
-    scene.collection.objects.link(scene.camera)
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising = 64, False
-    scene.render.resolution_x = scene.render.resolution_y = 8
-    scene.view_settings.view_transform = "Raw"
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.filepath = str(folder / "shot.exr")
-    bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(scene.render.filepath)
-    pixels = np.array(image.pixels[:]).reshape(-1, 4)[:, :3]
-    bpy.data.images.remove(image)
-    return pixels.mean(axis=0)
-
-
 @pytest.mark.parametrize("liquid", ["WINE", "HONEY"])
 def test_cycles_absorbs_by_beers_law_in_metres(tmp_path, liquid):
     look = LOOKS[liquid]
@@ -241,3 +212,22 @@ def test_cycles_absorbs_by_beers_law_in_metres(tmp_path, liquid):
     mirror = ((look.ior - 1) / (look.ior + 1)) ** 2
     through = (1 - mirror) ** 2 * left / (1 - mirror * left)
     np.testing.assert_allclose(seen, mirror + through, rtol=0.05, atol=0.01)
+
+
+@pytest.mark.slow
+def test_eevee_absorbs_by_beers_law_in_metres(tmp_path):
+    script = Path(__file__).with_name("slab.py")
+    start = [sys.executable, str(script)]
+    if not bpy.app.module:
+        start = [bpy.app.binary_path, "--background", "--factory-startup", "--python", str(script)]
+        start = ["xvfb-run", "-a", *start] if shutil.which("xvfb-run") else start
+    command = [*start, "--", str(tmp_path), "WINE", "HONEY"]
+    graphics = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, env=graphics)
+    said = [line for line in done.stdout.splitlines() if line.startswith("seen:")]
+    if not said:
+        pytest.skip("EEVEE cannot render here")
+    for name, seen in json.loads(said[0].removeprefix("seen:")).items():
+        left = np.array(LOOKS[name].colour) ** (0.01 / LOOKS[name].depth)
+        mirror = ((LOOKS[name].ior - 1) / (LOOKS[name].ior + 1)) ** 2
+        np.testing.assert_allclose(seen, mirror + (1 - mirror) * left, rtol=0.08, atol=0.01)

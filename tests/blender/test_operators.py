@@ -60,6 +60,28 @@ def test_generate_makes_a_splash():
     assert splash.data.materials[0].name == "Splash Water"
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_every_corner_knows_the_edge_that_begins_there(turn):
+    add_sketch(fan())
+    splash = generate()
+    splash.data.transform(Matrix.Diagonal((turn, 1, 1, 1)))
+    assert bpy.ops.splash.regenerate(seed=2) == {"FINISHED"}
+    mesh = splash.data
+    ends = flat_ints(mesh.edges, "vertices", 2).reshape(-1, 2)
+    corners = flat_ints(mesh.loops, "vertex_index").reshape(-1, 3)
+    of_corners = flat_ints(mesh.loops, "edge_index").reshape(-1, 3)
+    here = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1), axis=-1)
+    np.testing.assert_array_equal(np.sort(ends[of_corners], axis=-1), here)
+    assert len(ends) == len(np.unique(ends, axis=0)) == 1.5 * len(mesh.polygons)
+    assert not mesh.validate()
+
+
+def flat_ints(items, name, width=1):
+    values = np.empty(width * len(items), dtype=np.int32)
+    items.foreach_get(name, values)
+    return values
+
+
 def test_normals_point_outwards_and_the_mesh_is_closed():
     import bmesh
 
@@ -210,7 +232,7 @@ def test_one_undo_step():
     assert vertices(splashes()[0]).shape != before.shape
     bpy.ops.ed.undo()
     np.testing.assert_array_equal(vertices(splashes()[0]), before)
-    assert splashes()[0].splash.settings.speed_gain == 4
+    assert splashes()[0].splash.settings.speed_gain == 3
     bpy.ops.ed.undo()
     assert not splashes()
 

@@ -10,9 +10,18 @@ from mathutils import Matrix
 
 from liquid_splash_addon.blender.jobs import problems, staleness
 from liquid_splash_addon.blender.scene.sketch import add_strokes
-from liquid_splash_addon.blender.ui.panels import SPLASH_PT_main
+from liquid_splash_addon.blender.ui.panels import SPLASH_PT_info, SPLASH_PT_main
+from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.drawing_panels import drawn
-from tests.blender.sketching import add_sketch, fan, generate, line, slower, vertices
+from tests.blender.sketching import (
+    add_sketch,
+    fan,
+    generate,
+    line,
+    slower,
+    splashes,
+    vertices,
+)
 from tests.blender.test_places import activate, off_sketch, regenerate, true_vertices
 
 pytestmark = pytest.mark.usefixtures("tubes")
@@ -65,7 +74,7 @@ def test_strokes_outside_the_box_are_said_until_they_are_moved_back():
     sketch.data.update_tag()
     bpy.context.view_layer.update()
     activate(splash)
-    with pytest.raises(RuntimeError, match="Realign"):
+    with pytest.raises(RuntimeError, match="Refit to Sketch"):
         bpy.ops.splash.regenerate()
     sketch.data.update_tag()
     bpy.context.view_layer.update()
@@ -159,6 +168,26 @@ def test_fit_speed_brings_strokes_into_the_trained_range(pace: float):
 
     local = speed * frame_from_text(splash.splash.frame).scale.speed
     assert 0.2 * 5.0 < np.median(local) <= 5.0
+
+
+def test_too_fast_strokes_are_said_once_and_slow_ones_stay_another_splash():
+    """Whatever is pressed; no speed is changed but by the button."""
+    add_sketch(slower(fan(), 0.2))
+    splash = generate()
+    activate(splash)
+    quick = vertices(splash).copy()
+    for _ in range(2):
+        said = " ".join(drawn(panel) for panel in (SPLASH_PT_main, SPLASH_PT_info))
+        assert said.count("Strokes reach") == said.count("splash.fit_speed") == 1
+        assert splash.splash.warnings.count("Fit Speed") == 1
+        assert splash.splash.settings.speed_gain == SplashSettings().speed_gain
+        regenerate(splash)
+    add_sketch(slower(fan(), 4.0))
+    generate()
+    slow = next(item for item in splashes() if item != splash)
+    assert not slow.splash.warnings
+    assert vertices(slow).shape != quick.shape, "it has parted"
+    assert slow.splash.settings.speed_gain == splash.splash.settings.speed_gain
 
 
 def test_a_new_splash_follows_its_sketch_and_can_be_let_go():

@@ -279,8 +279,10 @@ def test_whatever_is_done_to_the_sketch(way: Callable, relation: str):
     splash = made()
     sketch, off = splash.splash.sketch, off_sketch(splash)
     if relation == "child":
+        place = splash.matrix_world.copy()
         splash.parent = sketch
         splash.matrix_parent_inverse = sketch.matrix_world.inverted()
+        splash.matrix_world = place
     elif relation == "copies transforms":
         splash.constraints.new("COPY_TRANSFORMS").target = sketch
     way(sketch)
@@ -351,7 +353,7 @@ def test_unit_scale_and_a_line_sketch():
     regenerate(splash)
     # A line says nothing of how it is turned about itself, and lies between cells: which of them
     # it crosses, and so how thick its tube is, is up to rounding. Elsewhere it would grow.
-    assert off_sketch(splash) < off + 1e-3
+    assert off_sketch(splash) < off + 3e-3, "a cell would be 0.02"
 
 
 def test_a_mirrored_sketch_gives_the_mirror_image_facing_outward():
@@ -378,5 +380,5 @@ def test_redrawn_strokes_are_asked_about():
 
     add_strokes(sketch, [line((9, 9, 9), (12, 14, 9), points=31)])
     activate(splash)
-    with pytest.raises(RuntimeError, match="Realign"):
+    with pytest.raises(RuntimeError, match="Refit to Sketch"):
         bpy.ops.splash.regenerate()

@@ -246,7 +246,7 @@ def test_deleted_frames_are_missed_and_made_again(splash):
     before = files(splash)
     shutil.rmtree(frame_folder.folder_of(splash))
     bpy.context.view_layer.objects.active = splash
-    assert "any more: simulate again" in drawn(simulate_panel.SPLASH_PT_simulation)
+    assert "any more: make them again" in drawn(simulate_panel.SPLASH_PT_simulation)
     simulated(splash)
     assert files(splash) == before
     assert "any more" not in drawn(simulate_panel.SPLASH_PT_simulation)

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from liquid_splash_addon.blender.scene.sketch import add_strokes
+from liquid_splash_addon.blender.scene.stroke_objects import read_object
+from liquid_splash_addon.core.sketch.drawing import Drawing
 from tests.blender.sketching import add_sketch, fan, generate, line, vertices
 
 pytestmark = pytest.mark.usefixtures("tubes")
@@ -138,6 +140,84 @@ def test_mirrored_strokes_count_when_evaluated():
     sketch.modifiers.new("Mirror", "GREASE_PENCIL_MIRROR")
     splash = generate(use_modifiers=True)
     assert vertices(splash)[:, 0].min() < -0.8 and vertices(splash)[:, 0].max() > 0.8
+
+
+def array(sketch: bpy.types.Object) -> None:
+    modifier = sketch.modifiers.new("Array", "GREASE_PENCIL_ARRAY")
+    modifier.count, modifier.use_relative_offset = 2, False
+    modifier.use_constant_offset, modifier.constant_offset = True, (0, 0, 0.7)
+
+
+def build(sketch: bpy.types.Object) -> None:
+    """Half of every stroke is there by now."""
+    modifier = sketch.modifiers.new("Build", "GREASE_PENCIL_BUILD")
+    modifier.mode, modifier.transition = "CONCURRENT", "GROW"
+    modifier.time_mode, modifier.percentage_factor = "PERCENTAGE", 0.5
+
+
+def smooth(sketch: bpy.types.Object) -> None:
+    modifier = sketch.modifiers.new("Smooth", "GREASE_PENCIL_SMOOTH")
+    modifier.factor, modifier.step = 1.0, 40
+
+
+def read_evaluated(modify) -> tuple[list, list]:
+    """Return a fan, every other point off its line, without modifiers and with."""
+    rough = [Drawing(d.points + 0.01 * (np.arange(len(d.points)) % 2)[:, None], d.times)
+             for d in fan()]  # fmt: skip
+    sketch = add_sketch(rough)
+    modify(sketch)
+    bpy.context.view_layer.update()
+    plain, said = read_object(sketch)
+    assert said == [f"Modifiers do not count ({sketch.modifiers[0].name}): switch on Modifiers"]
+    evaluated, said = read_object(sketch, modifiers=True)
+    assert not said
+    return plain, evaluated
+
+
+def test_an_array_adds_strokes_as_fast_as_the_first():
+    plain, evaluated = read_evaluated(array)
+    assert len(evaluated) == 2 * len(plain)
+    for at, drawing in enumerate(evaluated):
+        source = plain[at % len(plain)]
+        offset = drawing.points - source.points
+        assert np.allclose(offset, 0, atol=1e-6) or np.allclose(offset, (0, 0, 0.7), atol=1e-6)
+        np.testing.assert_allclose(drawing.times, source.times)
+
+
+def test_build_shows_the_strokes_that_are_there_by_now():
+    plain, evaluated = read_evaluated(build)
+    assert 0 < sum(len(one.points) for one in evaluated) < sum(len(one.points) for one in plain)
+    for drawing in evaluated:
+        assert any(np.allclose(drawing.points[0], one.points[0], atol=1e-6) for one in plain)
+        assert (np.diff(drawing.times) >= 0).all(), "as they were drawn"
+
+
+def test_smooth_takes_the_jitter_and_leaves_the_times():
+    plain, evaluated = read_evaluated(smooth)
+    for rough, even in zip(plain, evaluated, strict=True):
+        np.testing.assert_allclose(even.times, rough.times)
+        bends = [np.abs(np.diff(one.points, n=2, axis=0)).max() for one in (rough, even)]
+        assert bends[1] < 0.2 * bends[0]
+
+
+@pytest.mark.parametrize("modify", [array, build])
+def test_a_splash_is_made_of_what_modifiers_leave(modify):
+    add_sketch(fan())
+    modify(bpy.context.active_object)
+    without = vertices(generate()).copy()
+    splash = generate(use_modifiers=True)
+    assert "Modifiers do not count" not in splash.splash.warnings
+    found, before = vertices(splash), without
+    if modify is array:
+        assert found[:, 2].max() > before[:, 2].max() + 0.5
+    else:
+        assert found[:, 0].max() < 0.8 * before[:, 0].max()
+
+
+def test_modifiers_that_are_switched_off_are_no_matter():
+    sketch = add_sketch(fan())
+    sketch.modifiers.new("Offset", "GREASE_PENCIL_OFFSET").show_viewport = False
+    assert not generate().splash.warnings
 
 
 def test_a_masked_layer_is_said():

@@ -128,7 +128,7 @@ def test_one_bad_stroke_does_not_keep_the_others_from_a_splash() -> None:
         ([np.eye(3)], {"refine": "FOAM"}, ValueError, "no refinement 'FOAM': choose one of FRESH"),
         ([np.eye(3)], {"resolution": 96}, ValueError, "resolution must be one of 64, 128"),
         ([np.eye(3)], {"precision": "float8"}, ValueError, "precision must be one of float32"),
-        ([np.eye(3)], {"weights": "no.file"}, ValueError, "No weights at no.file"),
+        ([np.eye(3)], {"weights": "no.file"}, ValueError, "No network at no.file"),
         ([np.eye(3)], {"size": 3}, TypeError, "size"),
         ([np.eye(3)], {"obstacles": [(np.eye(3), [])]}, ObstacleError, "has no faces"),
     ],

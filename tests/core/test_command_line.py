@@ -90,7 +90,10 @@ def test_inputs_of_the_same_name_do_not_overwrite_each_other() -> None:
             ["a.csv", "--out", "a.ply", "--refine", "WAVES:height=1"],
             "WAVES has no setting 'height'",
         ),
-        (["a.csv", "--out", "a.ply", "--refine", "WAVES:speed=x"], "speed must be a number"),
+        (
+            ["a.csv", "--out", "a.ply", "--refine", "WAVES:speed=x"],
+            "WAVES: speed must be a number, not",
+        ),
         (["a.csv", "--out", "a.ply", "--refine", "WAVES:speed=9"], "speed must be from 0.1 to 1.0"),
         (["a.csv", "--out", "a.ply", "--breakup", "99"], "breakup must be from 0.0 to 10.0"),
         (["a.csv", "--out", "a.ply", "--seeds", "0"], "argument --seeds: invalid"),
@@ -107,7 +110,7 @@ def test_a_wrong_command_line_ends_with_2_and_a_sentence(arguments, says, capsys
 def test_a_machine_that_cannot_make_splashes_ends_with_3(strokes, tmp_path, monkeypatch, capsys):
     out = tmp_path / "splash.ply"
     assert run(strokes, "--out", out, "--weights", tmp_path / "none.safetensors", *FAST) == 3
-    assert "No weights at" in capsys.readouterr().err
+    assert "No network at" in capsys.readouterr().err
     monkeypatch.setitem(PACKAGES, "no_such_module", "no-such-package")
     assert run(strokes, "--out", out, *FAST) == 3
     assert "Run: python -m pip install no-such-package" in capsys.readouterr().err

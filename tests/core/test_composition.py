@@ -222,7 +222,7 @@ def test_nothing_to_compose():
         compose([])
     dry = ball()
     dry = replace(dry, level=np.full_like(dry.level, 3.0))
-    with pytest.raises(CompositionError, match="lower their Surface Threshold"):
+    with pytest.raises(CompositionError, match="lower their Thinness"):
         compose([Placed(dry, HERE)])
     wet = compose([Placed(dry, HERE), Placed(ball(), HERE)]).mesh()
     assert volume(wet.vertices, wet.faces) == pytest.approx(BALL, rel=0.02)

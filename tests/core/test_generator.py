@@ -187,8 +187,15 @@ def test_bad_weights_files_say_what_to_do(tmp_path):
         path.write_bytes(content)
         with pytest.raises(WeightsError, match=word):
             load_generator(path)
-    with pytest.raises(WeightsError, match="No weights at"):
+    with pytest.raises(WeightsError, match="No network at"):
         load_generator(tmp_path / "missing")
+
+
+def test_weights_for_a_space_of_another_size_are_refused(tmp_path):
+    path = tmp_path / "w.safetensors"
+    save_weights(small_network(), {**HEADER, "local_cells": 96}, path)
+    with pytest.raises(WeightsError, match=r"was trained in another space \(96 voxels of 0\.\d+ m"):
+        load_generator(path, "CPU")
 
 
 def test_weights_of_other_trainings_are_refused_together(tmp_path):

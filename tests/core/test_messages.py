@@ -13,7 +13,10 @@ pytest.importorskip("torch")
 import torch
 
 from liquid_splash_addon import api
+from liquid_splash_addon.core.animation.streamline_settings import StreamlineSettings
+from liquid_splash_addon.core.animation.streamlines_of_surface import FlowError, strokes_in
 from liquid_splash_addon.core.composition.placement import CompositionError, radial
+from liquid_splash_addon.core.generator import int8_conv
 from liquid_splash_addon.core.generator.loading import pick_device
 from liquid_splash_addon.core.generator.precision import prepare
 from liquid_splash_addon.core.generator.weights_file import (
@@ -22,7 +25,9 @@ from liquid_splash_addon.core.generator.weights_file import (
     check_names,
     read_metadata,
 )
+from liquid_splash_addon.core.grid import Grid
 from liquid_splash_addon.core.mesh.remeshing import isotropic
+from liquid_splash_addon.core.progress import silent
 from liquid_splash_addon.core.sketch.strokes import StrokeError
 from liquid_splash_addon.core.stroke_files.apa import MAGIC, VERSION, read_apa
 from liquid_splash_addon.core.stroke_files.limits import (
@@ -45,6 +50,23 @@ def test_a_device_that_is_not_there_is_named(monkeypatch):
 def test_eight_bits_are_for_processors():
     with pytest.raises(ValueError, match="'int8' is for processors, not for cuda"):
         prepare(torch.nn.Conv3d(1, 1, 1), "cuda", "int8")
+
+
+def test_a_torch_without_eight_bits_says_so(monkeypatch):
+    def missing(_network: torch.nn.Module) -> None:
+        raise NotImplementedError("no such kernel")
+
+    monkeypatch.setattr(int8_conv, "quantize_convolutions", missing)
+    with pytest.raises(ValueError, match="PyTorch cannot compute in 'int8' here: no such kernel"):
+        prepare(torch.nn.Conv3d(1, 1, 1), "cpu", "int8")
+
+
+def test_liquid_without_a_line_along_it_is_too_thin_to_trace():
+    grid = Grid((16, 16, 16), 0.1, (0.0, 0.0, 0.0))
+    distance = np.full(grid.shape, 2.0, dtype=np.float32)  # sheets that no cell holds
+    flow = np.ones((8, 8, 8, 3), dtype=np.float32)
+    with pytest.raises(FlowError, match="Its liquid is too thin to trace: choose a higher"):
+        strokes_in(distance, flow, grid, StreamlineSettings(), silent)
 
 
 def test_weights_for_another_version_are_refused():

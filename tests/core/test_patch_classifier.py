@@ -147,7 +147,7 @@ def test_a_classifier_comes_back_from_its_file(tmp_path):
 
 def test_a_damaged_classifier_is_refused(tmp_path):
     path = tmp_path / "classifier.safetensors"
-    with pytest.raises(WeightsError, match="No weights at"):
+    with pytest.raises(WeightsError, match="No network at"):
         load_patch_classifier(path)
     path.write_bytes(b"nothing of the kind")
     with pytest.raises(WeightsError, match="install the add-on again"):

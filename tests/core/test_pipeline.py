@@ -108,7 +108,7 @@ def test_strokes_that_outgrow_a_stored_frame_are_made_smaller_with_it(generator)
 def test_strokes_that_left_a_stored_frame_ask_for_another(generator):
     splash = make_splash(sketch(), DRAFT, generator)
     far = [*sketch(), line((0.3, 0, 0.2), (9.0, 0, 6.0), speed=4.0)]
-    with pytest.raises(StrokeError, match="Realign"):
+    with pytest.raises(StrokeError, match="Refit to Sketch"):
         make_splash(far, DRAFT, generator, frame=splash.frame)
     assert np.ptp(make_splash(far, DRAFT, generator).mesh.vertices, axis=0).max() > 8
 

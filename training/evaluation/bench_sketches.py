@@ -15,7 +15,7 @@ from liquid_splash_addon.core.sketch.drawing import Drawing
 from liquid_splash_addon.core.sketch.presets import example_sketch
 from liquid_splash_addon.core.stroke_files.reading import KINDS, read_strokes
 
-SLOW, FAST = 0.15, 1.0
+SLOW, FAST = 0.2, 4 / 3
 """Speeds of the hand for Fig. 7, m/s at real size: 0.6 and 4 m/s of liquid at the default gain."""
 
 STROKE_POINTS = 160

@@ -48,7 +48,7 @@ class SplashObstaclesGroup(bpy.types.PropertyGroup):
     )
     clearance: FloatProperty(
         name="Clearance",
-        description="Width of the gap between liquid and obstacles, in cells of the splash",
+        description="Width of the gap between liquid and obstacles, in voxels of the splash",
         default=0.25, min=0.0, max=8.0, soft_max=4.0, precision=2, step=5,
         update=changed,
     )  # fmt: skip

@@ -32,13 +32,14 @@ def device_items() -> tuple[tuple[str, str, str], ...]:
 
 
 class SPLASH_AP_preferences(bpy.types.AddonPreferences):
-    """Which weights the generator uses, on which device and in which number format it runs."""
+    """Which trained network makes splashes, on which device and in which number format it runs."""
 
     bl_idname = ADDON
 
     weights_path: StringProperty(
-        name="Weights",
-        description="Weights file of the generator. Empty: the one that comes with the add-on",
+        name="Network",
+        description="File of the trained network that makes splashes. Empty: the one that comes "
+        "with the add-on",
         subtype="FILE_PATH",
     )
 

@@ -131,6 +131,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     )
     settings: PointerProperty(type=SplashSettingsGroup)
     made_with: StringProperty(description="The settings that it was made with")
+    made_threshold: FloatProperty(description="That of them which is the surface's; 0: not noted")
     regime: StringProperty(description="What is computed where no generator knows its size")
     fastest: FloatProperty(description="Fastest speed, m/s, that its generator knows; 0: not noted")
     made_of: StringProperty(description="Digest of the strokes and settings that it was made of")
@@ -145,7 +146,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     sketch_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     splash_matrix: FloatVectorProperty(size=16, default=IDENTITY)
     sketch_world: FloatVectorProperty(size=16, default=IDENTITY)
-    weights_hash: StringProperty(description="SHA-256 of the weights that made this splash")
+    weights_hash: StringProperty(description="SHA-256 of the network that made this splash")
     precision: StringProperty(description="Number format in which the generator ran")
     device: StringProperty(description="Where the generator ran")
     summary: StringProperty(description="What the last run made")
@@ -183,9 +184,9 @@ class SplashSceneGroup(bpy.types.PropertyGroup):
     start: start_property()
     live: BoolProperty(
         name="Live",
-        description="While strokes or settings are changed, a draft of the active sketch's splash "
-        "follows, and the full resolution once nothing changes any more. Esc stops what is being "
-        "made",
+        description="While strokes or settings are changed, a preview of the active sketch's "
+        "splash follows, and the full resolution once nothing changes any more. Esc stops what is "
+        "being made",
     )
     follow: BoolProperty(
         name="Follow Sketch",

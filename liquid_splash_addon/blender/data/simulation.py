@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a splash or a model remembers of its simulation: settings, and where its frames are."""
+"""What a splash or a model remembers of its frames: how they are made, and where they are."""
 
 from __future__ import annotations
 
 import bpy
-from bpy.props import IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, IntProperty, PointerProperty, StringProperty
 
-from ...core.playback.settings import PlaybackSettings
+from ...core.playback.settings import BakeSettings, PlaybackSettings
 from ...core.simulation.settings import SimulationSettings
 from .properties import settings_properties
 
@@ -23,11 +23,19 @@ class SplashPlaybackGroup(bpy.types.PropertyGroup):
     __annotations__ = settings_properties(PlaybackSettings)
 
 
+class SplashBakeGroup(bpy.types.PropertyGroup):
+    """Which frames are baked, and of what."""
+
+    __annotations__ = settings_properties(BakeSettings)
+
+
 class SplashSimulationGroup(bpy.types.PropertyGroup):
-    """A simulation of one splash or model."""
+    """The frames of one splash or model: simulated, or baked one by one."""
 
     settings: PointerProperty(type=SplashSimulationSettingsGroup)
     playback: PointerProperty(type=SplashPlaybackGroup)
+    bake: PointerProperty(type=SplashBakeGroup)
+    is_baked: BoolProperty(description="Whether the frames were baked: a splash each")
     start: IntProperty(
         name="Start Frame",
         description="Frame of the scene at which the splash begins to move",
@@ -43,7 +51,7 @@ class SplashSimulationGroup(bpy.types.PropertyGroup):
     )
     folder: StringProperty(description="Folder of the frames; // is the folder of the file")
     frames: IntProperty(description="Frames that can be played, the first included")
-    wanted: IntProperty(description="Frames that were to be simulated, the first included")
+    wanted: IntProperty(description="Frames that were to be made, the first included")
     made_of: StringProperty(description="Digest of what the frames were made of")
     motion: PointerProperty(type=bpy.types.Object, description="The object that plays the frames")
     drops: PointerProperty(type=bpy.types.Object, description="The object that plays their drops")
@@ -51,7 +59,12 @@ class SplashSimulationGroup(bpy.types.PropertyGroup):
     warnings: StringProperty(description="Warnings of the last run, one per line")
 
 
-CLASSES = (SplashSimulationSettingsGroup, SplashPlaybackGroup, SplashSimulationGroup)
+CLASSES = (
+    SplashSimulationSettingsGroup,
+    SplashPlaybackGroup,
+    SplashBakeGroup,
+    SplashSimulationGroup,
+)
 register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
 
 

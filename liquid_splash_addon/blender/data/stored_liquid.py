@@ -7,13 +7,16 @@ Blender over bytes in a custom property, and USD writes them out as text.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 import bpy
 from bpy.props import FloatProperty, PointerProperty, StringProperty
 
 from . import opened_files
+
+if TYPE_CHECKING:
+    from ...core.sketch.strokes import Stroke
 
 OLD_PROPERTY = "splash_fields"
 """Custom property that held the liquid in files from before 0.1."""
@@ -72,10 +75,25 @@ def read(mesh: bpy.types.Mesh) -> tuple[bytes, str]:
     A linked mesh from an old file cannot be converted: its custom property is read where it is.
     """
     group = mesh.splash_liquid
-    if group.content:
-        return bytes(group.content), str(group.identifier)
+    if content := group.content:  # every look at it copies megabytes
+        return bytes(content), str(group.identifier)
     old = mesh.get(OLD_PROPERTY)
     return (bytes(old), f"{OLD_PROPERTY} {mesh.name_full}") if old else (b"", "")
+
+
+_last_strokes: tuple[str, tuple[Stroke, ...]] = ("", ())
+"""Identifier of the last liquid whose strokes were read, and those."""
+
+
+def strokes_of(mesh: bpy.types.Mesh) -> tuple[Stroke, ...]:
+    """Return the strokes that the stored liquid was made of, local metres; none if it has none."""
+    from ...core.refinement import stored_splash
+
+    global _last_strokes
+    identifier = str(mesh.splash_liquid.identifier)
+    if not identifier or identifier != _last_strokes[0]:
+        _last_strokes = identifier, stored_splash.strokes_of(read(mesh)[0])
+    return _last_strokes[1]
 
 
 def identifier_of(mesh: bpy.types.Mesh) -> str:

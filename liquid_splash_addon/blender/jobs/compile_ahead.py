@@ -45,9 +45,11 @@ class Ahead(ChildProcess):
     def __init__(self) -> None:
         """Start it. Raises OSError where that is not possible."""
         self.stage, self.share, self.failed, self.note = "", 0.0, "", ""
-        super().__init__({})
+        # An earlier Blender that was closed too early may have done all that a splash waits for.
+        is_awaited = not compiled_code.has_reached(compiled_code.REFINED)
+        super().__init__({"gives_way": not is_awaited})
         # What needs no networks is compiled beside what does, where there is a core for it.
-        with_helper = (os.cpu_count() or 1) > 1
+        with_helper = is_awaited and (os.cpu_count() or 1) > 1
         self._helper = (
             ChildProcess({"module": ".core.rehearsal", "job": {}}) if with_helper else None
         )

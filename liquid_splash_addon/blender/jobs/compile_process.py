@@ -2,10 +2,11 @@
 """Work in a process of its own, without bpy: compiling ahead, or a job of a module of core.
 
 One line of JSON comes in: ``path`` (Blender's ``sys.path``), ``package`` (the add-on's name in
-Blender), ``folder`` (its place) and ``kept`` (the folder of compiled code, if it is ours); for a
-job also ``module`` (in the package, ``.core. ...``), whose ``work(job, say)`` is called, and
-``job``. Out go lines of JSON, with ``stage`` and ``share``, ``reached`` or, last of all,
-``failed``. The process ends when its input does, as Blender's end ends it.
+Blender), ``folder`` (its place) and ``kept`` (the folder of compiled code, if it is ours), perhaps
+``gives_way`` (whether all else goes first); for a job also ``module`` (in the package,
+``.core. ...``), whose ``work(job, say)`` is called, and ``job``. Out go lines of JSON, with
+``stage`` and ``share``, ``reached`` or, last of all, ``failed``. The process ends when its input
+does, as Blender's end ends it.
 """
 
 import importlib
@@ -18,6 +19,9 @@ import types
 NICENESS = 10
 """Added to what Blender has once all is there that a user may wait for: all else goes first."""
 
+STARTED_AT = os.nice(0) if hasattr(os, "nice") else 0
+"""What Blender has."""
+
 LAST_AWAITED = "refined"
 """The stage of core's compiled_code after which no splash waits for this process any more."""
 
@@ -26,6 +30,8 @@ def main() -> int:
     """Do what is ordered, or rehearse; return the exit code."""
     order = json.loads(sys.stdin.readline())
     threading.Thread(target=end_with_parent, daemon=True).start()
+    if order.get("gives_way"):
+        give_way()
     sys.path[:] = order["path"]
     stand_in(order["package"], order["folder"])
     try:
@@ -69,9 +75,14 @@ def report(stage: str, share: float) -> None:
 def reached(stage: str) -> None:
     """Tell Blender that all is compiled that this stage needs."""
     say(reached=stage)
-    # On Windows the parent chose the priority.
-    if stage == LAST_AWAITED and hasattr(os, "nice"):
-        os.nice(NICENESS)
+    if stage == LAST_AWAITED:
+        give_way()
+
+
+def give_way() -> None:
+    """Let all else go first. On Windows the parent chose the priority."""
+    if hasattr(os, "nice"):
+        os.nice(STARTED_AT + NICENESS - os.nice(0))
 
 
 def say(**values: object) -> None:

@@ -155,10 +155,12 @@ _refined: dict[str, Part] = {}
 
 def compute(task: ModelTask, report: Report) -> Composed:
     """Join the splashes, without bpy. Raises ValueError with what to do."""
-    return the_composer().compose(
+    made = the_composer().compose(
         refined_parts(task, report), task.settings, task.waves, task.obstacles, task.clearance,
         part_of(report, 0.3, 1.0), task.sheets, task.attributes,
     )  # fmt: skip
+    made.mesh.with_edges()
+    return made
 
 
 def the_composer() -> Composer:

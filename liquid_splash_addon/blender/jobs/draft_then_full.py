@@ -117,7 +117,7 @@ class Making:
         assign_settings(splash.splash.settings, wanted)
         self.splash = Handle.of(splash)
         if self.is_step:
-            undo_step.push("Splash Draft" if self.stage == "draft" else "Generate Splash")
+            undo_step.push("Splash Preview" if self.stage == "draft" else "Generate Splash")
         self.tell(result.summary)
         if self.stage == "full":
             self.stage = "done"

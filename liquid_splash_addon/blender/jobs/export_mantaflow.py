@@ -159,7 +159,7 @@ def stage(task: ExportTask, start: SolverStart, report: Report) -> Exported:
         gravity * seconds * TIME_UNIT / domain.cell,
         first.fastest * timing.step,
         first.removed,
-        f"{cells} cells, {len(first.positions):,} particles, {size / 2**20:.1f} MB",
+        f"{cells} voxels, {len(first.positions):,} particles, {size / 2**20:.1f} MB",
         warnings,
     )  # fmt: skip
 

@@ -150,9 +150,7 @@ def snapshot(
     device = device_for(context, settings.device)
     frame, moved = None, np.eye(4)
     if splash is not None:
-        from ...core.refinement.stored_splash import strokes_of
-
-        strokes = strokes_of(stored_liquid.read(splash.data)[0])
+        strokes = stored_liquid.strokes_of(splash.data)
         moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
         frame = None if realign else kept_frame(record, moved)
     return Request(
@@ -236,6 +234,7 @@ def check(
 
 def compute(request: Request, report: Report) -> Result:
     """Make the splash, without bpy. Raises what core raises."""
+    from ...core.obstacles import obstacles  # noqa: F401 - writing needs it: not to load it then
     from ...core.pipeline import fits, make_splash
     from ...core.refinement.stored_splash import StoredSplash
 
@@ -263,7 +262,7 @@ def compute(request: Request, report: Report) -> Result:
     liquid = StoredSplash(splash.fields, splash.strokes, seed=settings.seed_of_details).to_bytes()
     seconds = time.perf_counter() - start
     return Result(
-        mesh=splash.mesh,
+        mesh=splash.mesh.with_edges(),
         drops=splash.drops,
         frame=splash.frame,
         liquid=liquid,
@@ -282,7 +281,7 @@ def generator_changes(request: Request, weights_hash: str, precision: str) -> li
     """Warn of a generator other than that of the last run: its weights, its number format."""
     warnings = []
     if request.last_weights not in ("", weights_hash):
-        warnings.append("Made with other weights than last time: the splash may look different")
+        warnings.append("Made with another network than last time: the splash may look different")
     if request.precision not in ("", precision):
         warnings.append(
             f"Made in the format {precision}: {request.precision} is not available on this device. "
@@ -386,6 +385,7 @@ def remember(
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)
+    record.made_threshold = request.settings.surface_threshold
     record.fastest, record.regime = result.fastest, result.regime
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size

@@ -35,6 +35,11 @@ def get(path: Path | None, device: str, precision: str = "") -> Generator:
     return _loaded[key]
 
 
+def is_loaded() -> bool:
+    """Whether a generator is kept."""
+    return bool(_loaded)
+
+
 def free() -> None:
     """Drop the loaded generator and release its GPU memory."""
     _loaded.clear()

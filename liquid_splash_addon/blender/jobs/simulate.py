@@ -378,7 +378,7 @@ def write(run: Run) -> None:
     if there:
         run.played = there
         record.folder, record.frames, record.wanted = order.folder, there, run.wanted
-        record.made_of = order.made_of
+        record.made_of, record.is_baked = order.made_of, False
         size = frame_folder.used_bytes(order.path) / 1e6
         took = f" in {run.seconds:.0f} s" if run.seconds else ""
         record.summary = f"{there - 1} of {run.wanted - 1} frames{took}, {size:,.0f} MB"

@@ -82,7 +82,7 @@ def compute_start(start: StartTask, report: Report) -> SolverStart:
     )
     report("Done", 1.0)
     if made.is_empty:
-        raise SceneError(f"'{start.name}' has no liquid: lower its Surface Threshold")
+        raise SceneError(f"'{start.name}' has no liquid: lower its Thinness")
     return made
 
 

@@ -120,9 +120,7 @@ def kept_frame(
     splash: bpy.types.Object, sketch: bpy.types.Object, drawings: list[Drawing]
 ) -> Frame | None:
     """Return the frame that the splash would be made again in, moved as its strokes were."""
-    from ...core.refinement.stored_splash import strokes_of
-
-    strokes = strokes_of(stored_liquid.read(splash.data)[0])
+    strokes = stored_liquid.strokes_of(splash.data)
     moved, _ = follow.strokes_moved(splash, sketch, strokes, drawings)
     return generate.kept_frame(splash.splash, moved)
 

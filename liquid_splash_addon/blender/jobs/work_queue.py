@@ -12,6 +12,7 @@ flight need no tracking. Nothing is written while a render or a bake runs.
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from collections.abc import Callable, Hashable
@@ -23,6 +24,7 @@ from ...core.progress import silent
 from ..scene.locks import is_locked
 from . import main_thread
 from .job import STOP_SECONDS, Job, redraw_sidebars
+from .messages import is_no_memory
 
 if TYPE_CHECKING:
     from ...core.progress import Report
@@ -32,6 +34,9 @@ LONG = 3
 
 TICK = 0.03
 """Seconds between two looks at the thread."""
+
+SLICE = 0.01
+"""Seconds for which work is read from the scene before Blender has its turn again."""
 
 
 class Work(NamedTuple):
@@ -61,7 +66,10 @@ class Entry:
     beside : whether a process of its own does it
     error : what ended it
     is_dropped : whether it left the queue without a result
+    window : address of the window whose operator writes the result; 0 for none
     """
+
+    window = 0
 
     def __init__(
         self,
@@ -157,6 +165,9 @@ class Lane:
 _lanes = (Lane(), Lane())
 """For work in this process, and for that of others: an entry's ``beside`` picks one."""
 
+_used = 0.0
+"""When something was last computed, of time.monotonic."""
+
 
 def is_immediate() -> bool:
     """Whether work is done at once, because there is no window whose user would wait."""
@@ -165,6 +176,7 @@ def is_immediate() -> bool:
 
 def put(entry: Entry, first: bool = False) -> Entry:
     """Add an entry, at the end or before all others, and return it."""
+    note_use()
     waiting = _lanes[entry.beside].waiting
     waiting.insert(0 if first else len(waiting), entry)
     if not bpy.app.timers.is_registered(tick):
@@ -180,6 +192,22 @@ def running() -> Entry | None:
 def is_waiting() -> bool:
     """Whether something waits to be begun."""
     return any(lane.waiting for lane in _lanes)
+
+
+def is_busy() -> bool:
+    """Whether something is computed, or waits for that."""
+    return any(lane.entries for lane in _lanes)
+
+
+def note_use() -> None:
+    """Note that something is being computed."""
+    global _used
+    _used = time.monotonic()
+
+
+def last_used() -> float:
+    """Return when something was last computed, of time.monotonic; 0 for never."""
+    return _used
 
 
 def collecting(beside: bool = False) -> Entry | None:
@@ -212,6 +240,7 @@ def drop(entry: Entry) -> None:
 
 def _release(entry: Entry) -> None:
     """Let the next entry of its lane begin."""
+    note_use()
     lane = _lanes[entry.beside]
     if lane.running is entry:
         lane.running = None
@@ -223,6 +252,7 @@ def run_now(entry: Entry) -> None:
         work = entry.read()
         if work is not None:
             work.write(work.compute(silent))
+            note_use()
     except Exception as error:
         report_failure(entry, error)
 
@@ -236,12 +266,25 @@ def report_failure(entry: Entry, error: Exception) -> None:
 
 def print_unexpected(error: Exception) -> None:
     """Print what is no sentence for users to the console, with where it happened."""
-    if not isinstance(error, (ValueError, MemoryError, ImportError)):
-        traceback.print_exception(error)
+    if not (isinstance(error, (ValueError, ImportError)) or is_no_memory(error)):
+        with contextlib.suppress(OSError, ValueError):  # a console that goes to a full disk
+            traceback.print_exception(error)
+
+
+def drop_abandoned() -> None:
+    """Drop what an operator was to write whose window was closed: Blender does not tell it."""
+    waited_for = [entry for lane in _lanes for entry in lane.entries if entry.collected]
+    if not waited_for:
+        return
+    there = {window.as_pointer() for window in bpy.context.window_manager.windows}
+    for entry in waited_for:
+        if entry.window and entry.window not in there:
+            drop(entry)
 
 
 def tick() -> float | None:
     """Write what is done and begin what waits; None ends the timer."""
+    drop_abandoned()
     redraw_sidebars()
     if is_locked():
         return TICK
@@ -251,18 +294,24 @@ def tick() -> float | None:
         if entry is not None and entry.is_ready and not entry.collected:
             _end(lane, entry)
     begin()
-    is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
+    is_busy = main_thread.is_asked() or any(lane.entries for lane in _lanes)
     return TICK if is_busy else None
 
 
 def begin() -> None:
-    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way."""
+    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way.
+
+    Undo has all splashes looked at: where there are many, the next tick goes on.
+    """
+    end = time.monotonic() + SLICE
     for lane in _lanes:
         entry = lane.running
         if entry is not None and entry.is_stopping and entry.is_ready and not entry.collected:
             lane.running = None
         while lane.running is None and lane.waiting:
             _begin(lane, lane.waiting.pop(0))
+            if time.monotonic() > end:
+                break
 
 
 def _end(lane: Lane, entry: Entry) -> None:
@@ -277,6 +326,7 @@ def _end(lane: Lane, entry: Entry) -> None:
     except Exception as error:
         report_failure(entry, error)
     if done:
+        note_use()
         lane.running = None
 
 

@@ -41,7 +41,7 @@ def read_drawings(
     become a mesh, the curves themselves are read, with a warning.
     """
     if to_space is None:
-        to_space = np.array(places.rigid_matrix(item).inverted(), dtype=np.float64)
+        to_space = places.to_drawing_space(item)
     matrix = to_space @ np.array(places.world_matrix(item), dtype=np.float64)
     strokes, warnings = [], []
     geometry = None if evaluated is None else evaluated.evaluated_geometry()

@@ -28,6 +28,10 @@ from .objects import SceneError
 SAME = 1e-5
 """Share of a splash's size by which two places may differ and still be the same."""
 
+STEPS = 4e-7
+"""Share of their distance from the origin by which they may: four to seven steps of single
+precision. Less far than that no splash can be moved there."""
+
 
 def strokes_moved(
     splash: bpy.types.Object,
@@ -77,12 +81,30 @@ def settle(
 ) -> np.ndarray:
     """Move a splash as its strokes have moved; return the space its mesh is to be written in.
 
-    A splash that has come along, as a child, by a constraint or because both were moved, stays.
-
     moved : what :func:`strokes_moved` returned; by default they are as they were in drawing space
     """
+    record, space = splash.splash, mesh_space.space_of(splash.data)
+    target, is_still = wanted_place(splash, sketch, np.eye(4) if moved is None else moved)
+    if not is_still and not places.is_driven(splash):
+        places.move_to(splash, target @ np.linalg.inv(space))
+        bpy.context.view_layer.update()
+    frame = frame_from_text(record.frame) if record.frame else None
+    corners = corners_of(frame, plain(record.frame_real_size))
+    own = places.inverted(places.world_matrix(splash), splash.name) @ target
+    return space if is_same(own, space, corners) else clean(own, corners)
+
+
+def wanted_place(
+    splash: bpy.types.Object, sketch: bpy.types.Object, moved: np.ndarray
+) -> tuple[np.ndarray, bool]:
+    """Return where a splash made now is to be: from drawing space to the world, ``(4, 4)``.
+
+    And whether its object is there already: one that has come along, as a child, by a constraint or
+    because both were moved, stays.
+
+    moved : what :func:`strokes_moved` returned
+    """
     record = splash.splash
-    moved = np.eye(4) if moved is None else moved
     then, now = array(record.sketch_matrix), as_array(places.rigid_matrix(sketch))
     before, space = array(record.splash_matrix), mesh_space.space_of(splash.data)
     place = as_array(places.world_matrix(splash)) @ space
@@ -101,12 +123,7 @@ def settle(
         change = np.eye(4)
     elif places.is_child(splash, sketch):
         change = clean(world @ np.linalg.inv(carried), corners)
-    target = change @ place @ np.linalg.inv(moved)
-    if not np.array_equal(change, np.eye(4)) and not places.is_driven(splash):
-        places.move_to(splash, target @ np.linalg.inv(space))
-        bpy.context.view_layer.update()
-    own = places.inverted(places.world_matrix(splash), splash.name) @ target
-    return space if is_same(own, space, corners) else clean(own, corners)
+    return change @ place @ np.linalg.inv(moved), np.array_equal(change, np.eye(4))
 
 
 def carry_owned(splash: bpy.types.Object, before: np.ndarray, after: np.ndarray) -> None:
@@ -124,14 +141,10 @@ def attach(splash: bpy.types.Object, sketch: bpy.types.Object) -> None:
 
     Does nothing for a sketch that is scaled to zero.
     """
-    place = as_array(places.world_matrix(splash))
     try:
-        inverse = places.inverted(places.world_matrix(sketch), sketch.name)
+        places.make_child(splash, sketch, as_array(places.world_matrix(splash)))
     except SceneError:
         return
-    splash.parent, splash.parent_type = sketch, "OBJECT"
-    splash.matrix_parent_inverse = Matrix(inverse.tolist())
-    places.move_to(splash, place)
 
 
 def detach(splash: bpy.types.Object) -> None:
@@ -166,8 +179,8 @@ def is_same(first: np.ndarray, second: np.ndarray, corners: np.ndarray) -> bool:
     """Whether two transforms ``(4, 4)`` take the corners ``(8, 3)`` to the same places."""
     one, other = (corners @ each[:3, :3].T + each[:3, 3] for each in (first, second))
     size = float(np.ptp(other, axis=0).max())
-    # Blender's matrices are single precision.
-    limit = SAME * size + 1e-6 * float(np.abs(other).max())
+    # Blender's matrices are single precision: a product of a few is off by some of its steps.
+    limit = SAME * size + STEPS * float(np.abs(other).max())
     return bool(np.abs(one - other).max() <= limit)
 
 

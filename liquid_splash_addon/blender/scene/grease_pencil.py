@@ -43,19 +43,21 @@ def read_drawings(
     evaluated : the sketch with its modifiers applied, to be read instead
     """
     if to_space is None:
-        to_space = np.array(places.rigid_matrix(sketch).inverted(), dtype=np.float64)
+        to_space = places.to_drawing_space(sketch)
     owner, drawings = evaluated or sketch, []
     left_out: Counter[str] = Counter()
     masked = []
+    keyed = {layer.name: layer for layer in places.data_now(owner).layers}
     for layer in owner.data.layers:
         if not has_strokes(layer) or (only and layer.name != only):
             continue
-        if not only and (reason := reason_against(layer)):
+        now = keyed.get(layer.name, layer)
+        if not only and (reason := reason_against(now)):
             left_out[reason] += 1
             continue
         if layer.use_masks and any(not mask.hide for mask in layer.mask_layers):
             masked.append(layer.name)
-        matrix = to_space @ layer_matrix(sketch, layer)
+        matrix = to_space @ layer_matrix(sketch, now)
         strokes, colours = drawn_strokes(layer), stroke_colours(owner, layer)
         for stroke, fault, colour in zip(strokes, faults_of(owner, layer), colours, strict=True):
             if fault:

@@ -216,9 +216,10 @@ def fill_clear(nodes: ShaderNodes, look: Clear) -> None:
     nodes.feed(exact.inputs["Surface"], glass.outputs[0])
     output.is_active_output = True
     thickness = nodes.attribute("thickness").outputs["Fac"]
-    # The shader takes the root of its colour, for light that goes in and out again.
-    twice = nodes.math("DIVIDE", nodes.math("MULTIPLY", thickness, 2.0), depth)
-    nodes.feed(shader.inputs["Base Color"], nodes.power(colour, twice))
+    # The shader takes the root of its colour both where light goes in and where it comes out.
+    nodes.feed(
+        shader.inputs["Base Color"], nodes.power(colour, nodes.math("DIVIDE", thickness, depth))
+    )
     for name, value in (("Roughness", 0.0), ("IOR", look.ior), ("Transmission Weight", 1.0)):
         shader.inputs[name].default_value = value
     nodes.feed(output.inputs["Thickness"], nodes.math("DIVIDE", thickness, metres))

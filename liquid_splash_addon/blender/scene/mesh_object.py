@@ -35,17 +35,21 @@ def write_mesh(data: bpy.types.Mesh, mesh: Mesh, space: np.ndarray | None = None
     mesh = moved_mesh(mesh, space)
     data.clear_geometry()
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
+    edges, of_corners = mesh.edges  # Blender would take longer to find them
     data.vertices.add(len(mesh.vertices))
+    data.edges.add(len(edges))
     data.loops.add(faces.size)
     data.polygons.add(len(faces))
     data.attributes["position"].data.foreach_set("vector", flat(mesh.vertices))
+    data.attributes[".edge_verts"].data.foreach_set("value", edges.ravel())
     data.attributes[".corner_vert"].data.foreach_set("value", faces.ravel())
+    data.attributes[".corner_edge"].data.foreach_set("value", of_corners.ravel())
     data.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     velocity = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
     velocity.data.foreach_set("vector", flat(mesh.velocities))
     data.splash_liquid.time_scale = 1.0
     mesh_space.remember(data, space, mesh.vertices)
-    data.update(calc_edges=True)
+    data.update()
 
 
 def replace_mesh(

@@ -93,10 +93,7 @@ def dissolve(model: bpy.types.Object) -> None:
 def make_child(splash: bpy.types.Object, model: bpy.types.Object) -> None:
     """Make ``splash`` a child of ``model``, at its place, unless the artist gave it a parent."""
     if splash.parent is None or splash.parent == splash.splash.sketch:
-        place = places.world_matrix(splash)
-        splash.parent = model
-        splash.matrix_parent_inverse = places.world_matrix(model).inverted()
-        splash.matrix_basis = place
+        places.make_child(splash, model, np.array(places.world_matrix(splash)))
 
 
 def adopt_parts(model: bpy.types.Object) -> None:

@@ -127,8 +127,9 @@ def slow_down(mesh: bpy.types.Mesh, time_scale: float) -> None:
     if before == time_scale:
         return
     record.time_scale = time_scale
-    # glTF leaves out groups that hold bytes, also empty ones; others it writes.
-    record.content = record.content
+    if not record.is_property_set("content"):
+        # glTF leaves out groups that hold bytes, also empty ones; others it writes.
+        record.content = b""
     if velocity is None or not len(velocity.data):
         return
     written = np.empty(3 * len(velocity.data), dtype=np.float32)

@@ -110,6 +110,14 @@ def show(splash: bpy.types.Object, folder: str, start: int, frames: int) -> None
                 node_groups.set_input(modifier, name, value)
 
 
+def set_folder(splash: bpy.types.Object, folder: str) -> None:
+    """Have the same frames of ``splash`` played from another folder."""
+    for item in players_of(splash):
+        modifier = modifier_of(item)
+        if modifier is not None:
+            node_groups.set_input(modifier, FOLDER, folder)
+
+
 def remove(splash: bpy.types.Object) -> None:
     """Delete what plays the frames of ``splash``."""
     for item in players_of(splash):

@@ -70,6 +70,11 @@ _known: dict[str, Obstacle] = {}
 """Obstacles in their own space, by digests of their meshes: the last ones that were read."""
 
 
+def forget() -> None:
+    """Forget the obstacles that were read."""
+    _known.clear()
+
+
 def obstacles_of(splash: bpy.types.Object) -> Found:
     """Read the obstacles of a splash or a model.
 

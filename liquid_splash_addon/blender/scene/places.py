@@ -8,7 +8,7 @@ that lives for the moment.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import bpy
@@ -16,6 +16,9 @@ import numpy as np
 from mathutils import Matrix
 
 from .objects import SceneError
+
+Evaluated = Callable[[bpy.types.Object], bpy.types.Object]
+"""Returns an object as it is evaluated."""
 
 NAME = "Splash Places (temporary)"
 MARK = "splash_places_only"
@@ -101,6 +104,28 @@ def inverted(matrix: Matrix, name: str) -> np.ndarray:
     return np.linalg.inv(values)
 
 
+def to_drawing_space(item: bpy.types.Object) -> np.ndarray:
+    """Return the transform from the world to an object's place and turn, float64 ``(4, 4)``.
+
+    Far from the origin ``Matrix.inverted``, in single precision, would be off by a unit.
+    """
+    return inverted(rigid_matrix(item), item.name)
+
+
+def make_child(item: bpy.types.Object, parent: bpy.types.Object, place: np.ndarray) -> None:
+    """Make an object a child and move it to a place in the world ``(4, 4)``.
+
+    It has the parent's turn and scale undone, but not its location: of the difference of two places
+    far from the origin little would be left. Raises SceneError where the parent is scaled to zero.
+    """
+    world = np.array(world_matrix(parent), dtype=np.float64)
+    undone = inverted(Matrix(world.tolist()), parent.name)
+    undone[:3, 3] = 0.0
+    item.parent, item.parent_type = parent, "OBJECT"
+    item.matrix_parent_inverse = Matrix(undone.tolist())
+    move_to(item, place)
+
+
 def move_to(item: bpy.types.Object, matrix: np.ndarray) -> None:
     """Move an object to a place in the world ``(4, 4)``, hidden or not, before its constraints."""
     parent = item.parent
@@ -163,6 +188,43 @@ def evaluated_copy(item: bpy.types.Object) -> Iterator[bpy.types.Object]:
     finally:
         bpy.data.objects.remove(copy)
         bpy.data.scenes.remove(scene)
+
+
+@contextmanager
+def at_frame(items: Sequence[bpy.types.Object], frame: int) -> Iterator[Evaluated]:
+    """Have all that is read in this block be as it is at a frame, and the shown scene at its own.
+
+    The context's scene is one that holds nothing but ``items``. The objects themselves keep the
+    values of the shown scene: what is yielded returns them with those that are keyed.
+    """
+    scene, copies = temporary_scene(), {}
+    probe = bpy.data.objects.new(NAME, None)
+    try:
+        scene.collection.objects.link(probe)
+        for item in dict.fromkeys(items):
+            probe.constraints.new("COPY_TRANSFORMS").target = item  # its place, if it is hidden
+            if item.hide_viewport:
+                copies[item] = item.copy()
+                copies[item].hide_viewport = False
+            scene.collection.objects.link(copies.get(item, item))
+        layer = scene.view_layers[0]
+        scene.frame_set(frame)  # with them in it, or their keys are not evaluated
+        with bpy.context.temp_override(scene=scene, view_layer=layer):
+            yield lambda item: copies.get(item, item).evaluated_get(layer.depsgraph)
+    finally:
+        for item in (probe, *copies.values()):
+            bpy.data.objects.remove(item)
+        bpy.data.scenes.remove(scene)
+
+
+def data_now(item: bpy.types.Object) -> bpy.types.ID:
+    """Return an object's data, not its modifiers' result, as keyed at the context's frame.
+
+    Blender writes keyed values into the data itself, but for a scene that no window shows.
+    """
+    if item.is_evaluated or MARK not in bpy.context.scene:
+        return item.data
+    return item.data.evaluated_get(bpy.context.evaluated_depsgraph_get())
 
 
 def temporary_scene() -> bpy.types.Scene:

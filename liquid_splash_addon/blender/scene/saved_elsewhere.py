@@ -21,9 +21,8 @@ _before: tuple[str, list[tuple[Handle, str]]] = ("", [])
 
 def set_folder(item: bpy.types.Object, folder: str) -> None:
     """Have a splash or model, and what plays its frames, find them in ``folder``."""
-    record = item.splash_simulation
-    record.folder = folder
-    motion_object.show(item, folder, record.start, record.frames)
+    item.splash_simulation.folder = folder
+    motion_object.set_folder(item, folder)
 
 
 @bpy.app.handlers.persistent

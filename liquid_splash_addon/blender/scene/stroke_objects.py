@@ -27,7 +27,7 @@ def read_sketch(
     to_space : from the world to another space, float64 ``(4, 4)``
     """
     if to_space is None:
-        to_space = np.array(places.rigid_matrix(objects[0]).inverted(), dtype=np.float64)
+        to_space = places.to_drawing_space(objects[0])
     drawings: list[Drawing] = []
     warnings: list[str] = []
     for item in objects:

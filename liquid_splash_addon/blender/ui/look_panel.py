@@ -11,6 +11,7 @@ from ..scene.liquid_materials import liquid_of, needs_attributes
 from ..scene.targets import shown_liquid
 from .liquid_operators import SPLASH_OT_liquid
 from .panels import SplashPanel, draw_whose, settings_column
+from .studio_operators import SPLASH_OT_studio
 
 
 class SPLASH_PT_look(SplashPanel, bpy.types.Panel):
@@ -45,6 +46,7 @@ class SPLASH_PT_look(SplashPanel, bpy.types.Panel):
             row.label(text="Shader Attributes: on, the material needs them", icon="CHECKMARK")
         else:
             row.prop(group, "attributes")
+        layout.operator(SPLASH_OT_studio.bl_idname, icon="LIGHT_AREA")
 
 
 def draw_menu(layout: bpy.types.UILayout, text: str) -> None:

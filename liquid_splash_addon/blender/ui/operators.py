@@ -135,21 +135,21 @@ class SPLASH_OT_generate(SplashMaker, bpy.types.Operator):
 
 
 class SPLASH_OT_regenerate(SplashMaker, bpy.types.Operator):
-    """Make the splash again from its sketch and settings, in the same local frame"""
+    """Make the splash again from its sketch and settings, in the same place"""
 
     bl_idname = "splash.regenerate"
     bl_label = "Regenerate"
 
 
 class SPLASH_OT_realign(SplashMaker, bpy.types.Operator):
-    """Fit the local frame to the strokes again and make the splash again"""
+    """Fit the splash to its redrawn strokes and make it again"""
 
     bl_description = (
-        "Fit the local frame to the strokes again and make the splash again. Otherwise the frame "
-        "is kept while you edit the strokes, so that the splash does not jump"
+        "Fit the splash to redrawn strokes and make it again. Otherwise it keeps its place and its "
+        "voxels while you edit the strokes, so that it does not jump"
     )
     bl_idname = "splash.realign"
-    bl_label = "Realign"
+    bl_label = "Refit to Sketch"
     realign = True
 
 

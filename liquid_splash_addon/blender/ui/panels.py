@@ -21,6 +21,7 @@ from ..jobs import (
 )
 from ..scene.targets import shown_splash
 from . import (
+    bake_operators,
     model_operators,
     operators,
     select_named,
@@ -85,6 +86,7 @@ class SPLASH_PT_main(SplashPanel, bpy.types.Panel):
         if splash is not None:
             draw_seed(layout, splash)
             draw_follow(layout, splash)
+            draw_animated(layout, context, splash)
             draw_advice(layout, context, splash.splash.warnings)
             if splash.splash.regime:
                 draw_text(layout, context, splash.splash.regime, "CON_SIZELIKE")
@@ -132,7 +134,7 @@ class SPLASH_PT_info(SplashPanel, bpy.types.Panel):
         layout = self.layout
         record = shown_splash(context).splash
         layout.label(text=record.summary)
-        layout.label(text=f"{record.device}, {record.precision}, weights {record.weights_hash[:8]}")
+        layout.label(text=f"{record.device}, {record.precision}, network {record.weights_hash[:8]}")
         layout.use_property_split = True
         layout.prop(record, "sketch")
         for other in record.others:
@@ -183,6 +185,19 @@ def draw_advice(layout: Any, context: bpy.types.Context, warnings: str) -> None:
     ):
         if operator.bl_label in warnings:
             layout.operator(operator.bl_idname, icon=icon)
+
+
+def draw_animated(layout: Any, context: bpy.types.Context, splash: bpy.types.Object) -> None:
+    """Say that a splash does not follow what changes over the timeline, with what cures it."""
+    line = bake_operators.line_on(splash)
+    if not line:
+        return
+    record = splash.splash_simulation
+    if record.is_baked and record.folder:
+        layout.label(text=record.summary, icon="RENDER_ANIMATION")
+        return
+    draw_text(layout, context, line, "INFO")
+    layout.operator(bake_operators.SPLASH_OT_bake_frames.bl_idname, icon="RENDER_ANIMATION")
 
 
 def draw_seed(layout: Any, splash: bpy.types.Object) -> None:

@@ -10,7 +10,7 @@ import bpy
 
 from ...core import compiled_code
 from ..data.preferences import own_preferences
-from ..jobs import bug_report, compile_ahead, dependencies, loaded_generator, work_queue
+from ..jobs import bug_report, compile_ahead, dependencies, idle_memory, work_queue
 from ..jobs.messages import sentence_for
 from ..jobs.work_queue import Work
 from .queued_operator import QueuedOperator
@@ -70,7 +70,8 @@ def found_text(device: str, times: dict[str, float]) -> str:
 
 
 class SPLASH_OT_free_memory(bpy.types.Operator):
-    """Give back the memory of the loaded generator. The next splash loads it again"""
+    """Give back the memory of the loaded networks and of intermediate results, as happens by \
+itself after five minutes without a splash. The next splash loads them again"""
 
     bl_idname = "splash.free_memory"
     bl_label = "Free Memory"
@@ -83,7 +84,7 @@ class SPLASH_OT_free_memory(bpy.types.Operator):
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """Free it."""
-        loaded_generator.free()
+        idle_memory.give_back()
         gc.collect()
         self.report({"INFO"}, "The generator's memory was given back")
         return {"FINISHED"}

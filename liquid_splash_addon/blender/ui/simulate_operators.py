@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -43,6 +44,15 @@ def wanted(context: bpy.types.Context) -> list[bpy.types.Object]:
     return list(dict.fromkeys(item for item in found if item is not None))
 
 
+def is_idle(operator: Any, context: bpy.types.Context) -> bool:
+    """Whether none of what is selected is being made, or baked; else say so in the tooltip."""
+    entry = work_queue.collecting()
+    if entry is None or entry.owner not in {item.session_uid for item in wanted(context)}:
+        return True
+    operator.poll_message_set("A splash is being made: press Esc to stop it")
+    return False
+
+
 class LiquidOperator(QueuedOperator):
     """What these operators share."""
 
@@ -54,7 +64,7 @@ class LiquidOperator(QueuedOperator):
         if simulated_item(context) is None:
             cls.poll_message_set("Select a splash or a model")
             return False
-        return cls.is_free()
+        return cls.is_free() and is_idle(cls, context)
 
     @classmethod
     def is_free(cls) -> bool:
@@ -65,20 +75,26 @@ class LiquidOperator(QueuedOperator):
         return False
 
 
-class SPLASH_OT_simulate(LiquidOperator, bpy.types.Operator):
-    """Simulate how the selected splashes move on, or go on where that was stopped"""
+class FramesOperator(LiquidOperator):
+    """An operator that makes frames which are played meanwhile; what is done is kept.
 
-    bl_idname = "splash.simulate"
-    bl_label = "Simulate Splash"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    Attributes
+    ----------
+    show, write_run : have what is done of a run played; record it as well
+    """
 
-    def begin(self, context: bpy.types.Context) -> None:
-        """Read what is meant. What cannot be simulated is reported, and the others are done."""
-        self._runs: list[simulate.Run] = []
+    show: Callable[[Any], None]
+    write_run: Callable[[Any], None]
+
+    def begin_runs(
+        self, items: Sequence[bpy.types.Object], read: Callable[[bpy.types.Object], Any]
+    ) -> None:
+        """Read what is meant. What cannot be made is reported, and the others are done."""
+        self._runs: list[Any] = []
         self._shown_at, self._failures = 0.0, []
-        for item in wanted(context):
+        for item in items:
             try:
-                self._runs.append(simulate.Run(simulate.read_order(context, item)))
+                self._runs.append(read(item))
             except ValueError as error:
                 self._failures.append(str(error))
         if not self._runs:
@@ -86,21 +102,21 @@ class SPLASH_OT_simulate(LiquidOperator, bpy.types.Operator):
         for failure in self._failures:
             self.report({"WARNING"}, failure)
 
-    def read(self) -> Work:
-        """Return the work: what was read at first, as obstacles may have been simulated by now."""
-        return Work(id(self), partial(simulate.simulate_all, self._runs), self.write)
-
     def owner(self) -> int:
         """Return the first splash or model."""
-        return self._runs[0].order.item.uid
+        return int(self._runs[0].order.item.uid)
+
+    def played(self) -> int:
+        """Return how many frames can be played."""
+        return sum(run.played for run in self._runs)
 
     def write(self, _result: Any = None) -> None:
         """Record what was made. Raises SceneError if nothing was."""
         main_thread.do_requests()
         for run in self._runs:
-            simulate.write(run)
+            self.write_run(run)
         failed = [run for run in self._runs if run.error]
-        if len(failed) == len(self._runs) and not any(run.played for run in self._runs):
+        if len(failed) == len(self._runs) and not self.played():
             raise SceneError(failed[0].error)
         for run in failed:
             self.report({"WARNING"}, f"{run.order.item.name}: {run.error}")
@@ -112,7 +128,7 @@ class SPLASH_OT_simulate(LiquidOperator, bpy.types.Operator):
             self._shown_at = now
             if not work_queue.is_locked():
                 for run in self._runs:
-                    simulate.show(run)
+                    self.show(run)
         return super().modal(context, event)
 
     def stopped(self) -> set[str]:
@@ -121,10 +137,29 @@ class SPLASH_OT_simulate(LiquidOperator, bpy.types.Operator):
             self.write()
         except SceneError:
             pass
-        if not any(run.played for run in self._runs):
+        if not self.played():
             return super().stopped()
-        self.report({"INFO"}, "Stopped: what is done was kept, Resume goes on")
+        self.report({"INFO"}, "Stopped: what is done was kept, the button goes on")
         return {"FINISHED"}
+
+
+class SPLASH_OT_simulate(FramesOperator, bpy.types.Operator):
+    """Simulate how the selected splashes move on, or go on where that was stopped"""
+
+    bl_idname = "splash.simulate"
+    bl_label = "Simulate Splash"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    show, write_run = staticmethod(simulate.show), staticmethod(simulate.write)
+
+    def begin(self, context: bpy.types.Context) -> None:
+        """Read what is meant."""
+        self.begin_runs(
+            wanted(context), lambda item: simulate.Run(simulate.read_order(context, item))
+        )
+
+    def read(self) -> Work:
+        """Return the work: what was read at first, as obstacles may have been simulated by now."""
+        return Work(id(self), partial(simulate.simulate_all, self._runs), self.write)
 
 
 class SPLASH_OT_simulation_stop(bpy.types.Operator):
@@ -160,7 +195,8 @@ class SPLASH_OT_simulation_delete(bpy.types.Operator):
         if item is None or not item.splash_simulation.folder:
             cls.poll_message_set("The splash has no simulated frames")
             return False
-        return bool(LiquidOperator.is_free.__func__(cls))  # type: ignore[attr-defined]
+        is_free = LiquidOperator.is_free.__func__(cls)  # type: ignore[attr-defined]
+        return bool(is_free) and is_idle(cls, context)
 
     beside = True
 
@@ -185,6 +221,7 @@ class SPLASH_OT_simulation_delete(bpy.types.Operator):
             return {"CANCELLED"}
         motion_object.remove(item)
         record.folder, record.frames, record.wanted, record.made_of = "", 0, 0, ""
+        record.is_baked = False
         record.summary = record.warnings = ""
         return {"FINISHED"}
 

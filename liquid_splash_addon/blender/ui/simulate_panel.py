@@ -110,7 +110,7 @@ def draw_button(layout: Any, context: bpy.types.Context, item: bpy.types.Object)
 def label_of(item: bpy.types.Object, scene: bpy.types.Scene) -> str:
     """Return what pressing the button would do."""
     record = item.splash_simulation
-    if not record.folder or not is_there(item):
+    if not record.folder or record.is_baked or not is_there(item):
         return operators.SPLASH_OT_simulate.bl_label
     if record.made_of != simulate.made_of(item, scene):
         return "Simulate Again"
@@ -126,7 +126,22 @@ def is_there(item: bpy.types.Object) -> bool:
 
 
 def draw_state(layout: Any, context: bpy.types.Context, item: bpy.types.Object) -> None:
-    """Show what has been made, and what the user should know of it."""
+    """Show what has been simulated, and what the user should know of it."""
+    record = item.splash_simulation
+    if record.is_baked:
+        draw_text(layout, context, "Its frames are baked: simulating replaces them", "INFO")
+        return
+    draw_files(layout, context, item)
+    if (
+        record.summary
+        and is_there(item)
+        and record.made_of != simulate.made_of(item, context.scene)
+    ):
+        draw_text(layout, context, "Out of date: the splash or a setting was changed", "INFO")
+
+
+def draw_files(layout: Any, context: bpy.types.Context, item: bpy.types.Object) -> None:
+    """Show what files there are, simulated or baked, and what the user should know of them."""
     record = item.splash_simulation
     if not bpy.data.filepath:
         text = "The file is not saved: frames will be kept in a temporary folder"
@@ -135,12 +150,10 @@ def draw_state(layout: Any, context: bpy.types.Context, item: bpy.types.Object) 
         draw_text(layout, context, "The frames are in a temporary folder", "ERROR")
         layout.operator(operators.SPLASH_OT_simulation_keep.bl_idname, icon="FILE_FOLDER")
     if record.folder and not is_there(item):
-        text = f"The frames are not in {record.folder} any more: simulate again, or put them back"
+        text = f"The frames are not in {record.folder} any more: make them again, or put them back"
         draw_text(layout.box(), context, text, "ERROR")
     elif record.summary:
         layout.label(text=record.summary)
-        if record.made_of != simulate.made_of(item, context.scene):
-            draw_text(layout, context, "Out of date: the splash or a setting was changed", "INFO")
     draw_warnings(layout, context, record.warnings)
 
 

@@ -23,8 +23,8 @@ class StreamlineSettings(Settings):
     cells: int = setting(
         96,
         "Resolution",
-        "Cells along the longest side in which streamlines are traced. Sheets thinner than a cell "
-        "are lost",
+        "Voxels along the longest side in which streamlines are traced. Sheets thinner than a "
+        "voxel are lost",
         low=32,
         high=256,
     )

@@ -82,11 +82,11 @@ def compose(
         raise CompositionError(f"Blend must be 0 or more, not {blend}")
     cell = min(part.cell for part in parts) if cell is None else cell
     if not 0 < cell < np.inf:
-        raise CompositionError(f"The cell must be larger than 0, not {cell}")
+        raise CompositionError(f"The voxel must be larger than 0, not {cell}")
     band = max(AIR, 1.25 * blend + 1.0)
     full = [(part, mesh) for part, mesh in with_meshes(parts) if len(mesh.faces)]
     if not full:
-        raise CompositionError("None of the splashes has liquid: lower their Surface Threshold")
+        raise CompositionError("None of the splashes has liquid: lower their Thinness")
     most = most_memory // (CELL_BYTES * SIDE**3)
     shapes = [shape_of(mesh, part.frame, cell, band, most) for part, mesh in full]
     places = np.unique(np.concatenate([shape.blocks for shape in shapes]), axis=0)
@@ -152,8 +152,8 @@ def check_count(count: int, most: int) -> None:
     if count > most:
         size = CELL_BYTES * SIDE**3 / 2**30
         raise CompositionError(
-            f"The model would need {count * size:.1f} GB at the cell size of its finest splash, "
-            f"more than the {most * size:.1f} GB allowed: compose fewer splashes, use a draft "
+            f"The model would need {count * size:.1f} GB at the voxel size of its finest splash, "
+            f"more than the {most * size:.1f} GB allowed: compose fewer splashes, use a preview "
             "resolution, or give the smallest splash a larger size in the drawing"
         )
 

@@ -35,7 +35,7 @@ ABOUT = {
     FAST: "faster than {fastest:.1f} m/s",
     SHARP: "bent sharply",
     LONELY: "far from other strokes",
-    OUTSIDE: "outside the box",
+    OUTSIDE: "left its splash",
 }
 """What each of them is called."""
 

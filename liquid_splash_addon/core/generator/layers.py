@@ -3,13 +3,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
+from torch.overrides import TorchFunctionMode
 
 CHANNEL_MULTIPLE = 8
 """Channels that a processor's float32 kernels take at a time. Five took six times as long as eight
 of which three are zero."""
+
+
+INITIALISING = (Tensor.normal_, Tensor.uniform_, Tensor.zero_, Tensor.fill_)
+"""What the layers' own initialisation calls."""
+
+
+class Unwritten(TorchFunctionMode):
+    """Within this block layers are made on the meta device, and their weights are never written.
+
+    There is nothing to be written to; torch would import its compiler for it, which takes seconds.
+    """
+
+    def __enter__(self) -> Unwritten:
+        """Have tensors made on the meta device."""
+        self._device = torch.device("meta")
+        self._device.__enter__()
+        super().__enter__()  # type: ignore[no-untyped-call]
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """Make tensors as before."""
+        super().__exit__(*error)  # type: ignore[no-untyped-call]
+        self._device.__exit__(*error)
+
+    def __torch_function__(
+        self,
+        function: Callable[..., Any],
+        types: Sequence[type],
+        inputs: Sequence[Any] = (),
+        options: Mapping[str, Any] | None = None,
+    ) -> Any:
+        """Call a function of torch, unless it would write."""
+        if function in INITIALISING:
+            return inputs[0]
+        return function(*inputs, **(options or {}))
 
 
 class Convolution(nn.Conv3d):

@@ -98,6 +98,7 @@ def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetw
     from safetensors import SafetensorError
     from safetensors.torch import load
 
+    from .layers import Unwritten
     from .splash_unet import NetworkConfig, SplashNetwork
 
     shape: dict[str, Any] = {
@@ -105,7 +106,7 @@ def build_network(data: bytes, header: dict[str, Any], path: Path) -> SplashNetw
         for name, value in header["network"].items()
     }
     try:
-        with torch.device("meta"):  # random weights would take as long as reading these
+        with Unwritten():  # random weights would take as long as reading these
             network = SplashNetwork(NetworkConfig(**shape))
         tensors = {name: tensor.to(torch.float32) for name, tensor in load(data).items()}
         network.load_state_dict(tensors, assign=True)

@@ -43,7 +43,7 @@ def read_file(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise WeightsError(
-            f"No weights at {path} ({error.strerror}): choose another file in the preferences "
+            f"No network at {path} ({error.strerror}): choose another file in the preferences "
             "or install the add-on again"
         ) from error
 
@@ -62,7 +62,7 @@ def read_metadata(data: bytes, path: Path) -> dict[str, str]:
 def damaged(path: Path) -> WeightsError:
     """Return the error for a file that is damaged or none of ours."""
     return WeightsError(
-        f"{path} is damaged or no weights file of Liquid Splash: install the add-on again "
+        f"{path} is damaged or no network of Liquid Splash: install the add-on again "
         "or choose another file in the preferences"
     )
 
@@ -72,7 +72,7 @@ def check_format(metadata: dict[str, str], expected: str, path: Path) -> None:
     if metadata.get("format") != expected:
         raise WeightsError(
             f"{path} has the format {metadata.get('format')!r}, this version reads {expected!r}: "
-            "choose weights made for it"
+            "choose a network made for it"
         )
 
 
@@ -89,13 +89,13 @@ def check_names(metadata: dict[str, str], expected: dict[str, Any], path: Path) 
     if other:
         raise WeightsError(
             f"{path} is for other {' and '.join(other).replace('_', ' ')} than this version has: "
-            "choose weights made for it"
+            "choose a network made for it"
         )
 
 
 def tensors_hash(data: bytes) -> str:
     """Return the SHA-256 of a file's tensors alone: headers may be rewritten, tensors stay."""
-    return hashlib.sha256(data[8 + int.from_bytes(data[:8], "little") :]).hexdigest()
+    return hashlib.sha256(memoryview(data)[8 + int.from_bytes(data[:8], "little") :]).hexdigest()
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
@@ -111,8 +111,8 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
         raise damaged(path)
     if (header["local_cells"], header["local_spacing"]) != (LOCAL_CELLS, LOCAL_SPACING):
         raise WeightsError(
-            f"{path} was trained on another box ({header['local_cells']} cells of "
-            f"{header['local_spacing']} m): choose weights made for this version"
+            f"{path} was trained in another space ({header['local_cells']} voxels of "
+            f"{header['local_spacing']} m): choose a network made for this version"
         )
     return header
 

@@ -134,9 +134,10 @@ def clip_to_band(
         np.zeros(shape, np.float32), np.full(shape, AIR, np.float32),
         np.zeros((3, *shape), np.float32), grid,
     )  # fmt: skip
-    box = tuple(slice(i, i + n) for i, n in zip(start, occupancy.shape, strict=True))
-    clipped = fields.occupancy[box], fields.distance[box], fields.velocity[(slice(None), *box)]
-    _clip_to_band(occupancy, distance, velocity, np.float32(reach), *clipped)
+    known = map(np.ascontiguousarray, (occupancy, distance, velocity))  # one layout to compile for
+    _clip_to_band(
+        *known, np.float32(reach), start, fields.occupancy, fields.distance, fields.velocity
+    )
     return fields
 
 
@@ -146,25 +147,27 @@ def _clip_to_band(
     distance: np.ndarray,
     velocity: np.ndarray,
     reach: np.float32,
+    start: tuple[int, int, int],
     shares: np.ndarray,
     distances: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Write the first three arrays into the last three, made to agree."""
+    """Write the first three arrays into the last three from ``start`` on, made to agree."""
     nearest = np.float32(NEAREST)
+    x, y, z = start
     for i in range(occupancy.shape[0]):
         for j in range(occupancy.shape[1]):
             for k in range(occupancy.shape[2]):
-                shares[i, j, k] = occupancy[i, j, k]
+                shares[x + i, y + j, z + k] = occupancy[i, j, k]
                 away = min(max(distance[i, j, k], -reach), reach)
                 if occupancy[i, j, k] > 0.5:
                     away = min(away, -nearest)
                 else:
                     away = max(away, nearest)
                 if away < reach - 0.01:
-                    distances[i, j, k] = away
+                    distances[x + i, y + j, z + k] = away
                     for a in range(3):
-                        velocities[a, i, j, k] = velocity[a, i, j, k]
+                        velocities[a, x + i, y + j, z + k] = velocity[a, i, j, k]
 
 
 def _rounded_shares(occupancy: np.ndarray) -> np.ndarray:

@@ -133,7 +133,7 @@ def check_memory(domain: Domain, free: int | None = None) -> None:
     if free and domain.memory > MOST_SHARE * free:
         fits = int(domain.longest * (MOST_SHARE * free / domain.memory) ** (1 / 3))
         raise DomainError(
-            f"A domain of {domain.shape[0]} x {domain.shape[1]} x {domain.shape[2]} cells would "
+            f"A domain of {domain.shape[0]} x {domain.shape[1]} x {domain.shape[2]} voxels would "
             f"need about {domain.memory / 2**30:.1f} GB, and {free / 2**30:.1f} GB are free: set "
             f"Resolution to {fits} or less, or lower Margin"
         )

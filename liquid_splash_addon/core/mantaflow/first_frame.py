@@ -103,7 +103,7 @@ def first_frame(
     report("Placing particles", 0.3)
     seeds = seeded(level, sampler, np.random.default_rng(seed))
     if not len(seeds):
-        raise DomainError("The liquid is thinner than the domain's cells: raise Resolution")
+        raise DomainError("The liquid is thinner than the domain's voxels: raise Resolution")
     report("Reading velocity", 0.5)
     faces = sampler.faces(level)
     report("Projecting velocity", 0.6)
@@ -219,7 +219,7 @@ def check_room(level: np.ndarray, ground: str) -> None:
     wet = level < 0
     wet[:, :, :WALL] = False
     if not wet.any():
-        raise DomainError("The liquid is thinner than the domain's cells: raise Resolution")
+        raise DomainError("The liquid is thinner than the domain's voxels: raise Resolution")
     if ground == "POOL":
         return
     room = LEAST_ROOM - 1

@@ -18,7 +18,7 @@ class MantaflowSettings(Settings):
     resolution: int = setting(
         96,
         "Resolution",
-        "Cells along the longest side of the domain. Twice as many take about 16 times the time",
+        "Voxels along the longest side of the domain. Twice as many take about 16 times the time",
         low=16,
         high=1024,
         soft=256,
@@ -26,7 +26,7 @@ class MantaflowSettings(Settings):
     margin: float = setting(
         0.5,
         "Margin",
-        "Room around the splash, over the longest side of its box. What leaves it is gone",
+        "Room around the splash, over its longest side. What leaves it is gone",
         low=0.05,
         high=10.0,
         soft=2.0,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,18 @@ class Mesh:
         """Return a mesh without faces."""
         nothing = np.zeros((0, 3), dtype=np.float32)
         return cls(nothing, np.zeros((0, 3), dtype=np.int32), nothing)
+
+    @cached_property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Its edges, int32 ``(e, 2)``, and the one that begins at each corner, int32 ``(m, 3)``."""
+        from .edges import unique_edges
+
+        return unique_edges(self.faces, len(self.vertices))
+
+    def with_edges(self) -> Mesh:
+        """Return itself, its edges known: so that whoever needs them later need not wait."""
+        assert len(self.edges) == 2
+        return self
 
     def joined(self, other: Mesh) -> Mesh:
         """Return both meshes as one."""

@@ -7,7 +7,7 @@ FILE = "frame_{number:05}.ply"
 """Name of a frame's file, in the language of Python and of Blender's Format String node."""
 
 MANIFEST = "played.json"
-"""Says how many there are, and what they were made of."""
+"""Says how many there are, and what they were made of: all of one simulation, or each by itself."""
 
 STATE = "played.npz"
 """What the next one goes on from."""

@@ -51,14 +51,14 @@ class DropletSettings(RefinementSettings):
     amount: float = setting(
         0.002,
         "Amount",
-        "Share of the cells under the surface that throw off drops: the most curved and most "
+        "Share of the voxels under the surface that throw off drops: the most curved and most "
         "turbulent ones",
         low=0.0,
         high=1.0,
         soft=0.02,
     )
     size: float = setting(
-        1.3, "Size", "Mean radius of the drops in cells of the splash", low=0.3, high=3.0
+        1.3, "Size", "Mean radius of the drops in voxels of the splash", low=0.3, high=3.0
     )
     spread: float = setting(
         0.35, "Spread", "How much the sizes vary (0: all the same)", low=0.0, high=1.0
@@ -98,7 +98,7 @@ class RuptureSettings(RefinementSettings):
         low=0.0, high=1.0, soft=0.2,
     )  # fmt: skip
     size: float = setting(
-        1.5, "Size", "Mean radius of the air pockets in cells of the splash", low=0.75, high=3.0
+        1.5, "Size", "Mean radius of the air pockets in voxels of the splash", low=0.75, high=3.0
     )
     spread: float = setting(
         0.35, "Spread", "How much the sizes vary (0: all the same)", low=0.0, high=1.0
@@ -149,8 +149,8 @@ class WaveSettings(RefinementSettings):
     )
     reach: float = setting(
         0.08,
-        "Reach",
-        "Distance in metres that the waves travel from the fronts",
+        "Travel (m)",
+        "How far in metres waves travel from the fronts",
         low=0.0,
         high=0.4,
     )
@@ -205,7 +205,7 @@ class SheetSettings(RefinementSettings):
         low=0.0, high=1.0,
     )  # fmt: skip
     fairing: float = setting(
-        1.0, "Fairing", "How far sheets are smoothed, both sides together: by half a cell at most",
+        1.0, "Fairing", "How far sheets are smoothed, both sides together: by half a voxel at most",
         low=0.0, high=1.0,
     )  # fmt: skip
     seed: int = setting(
@@ -227,7 +227,7 @@ class CleanupSettings(RefinementSettings):
     volume: float = setting(
         30.0,
         "Least Volume",
-        "Pieces of liquid smaller than this are removed, in cells of the splash",
+        "Pieces of liquid smaller than this are removed, in voxels of the splash",
         low=1.0,
         high=10_000.0,
     )

@@ -151,8 +151,8 @@ def film_thickness(prepared: SheetMesh, settings: SheetSettings) -> tuple[np.nda
     warnings = []
     if film < LEAST_FILM * cell:
         warnings.append(
-            f"Films of {settings.film:.2g} mm are too thin for cells of {1000 * cell:.2g} mm: they "
-            f"were made {1000 * LEAST_FILM * cell:.2g} mm thick"
+            f"Films of {settings.film:.2g} mm are too thin for voxels of {1000 * cell:.2g} mm: "
+            f"they were made {1000 * LEAST_FILM * cell:.2g} mm thick"
         )
     sheets = prepared.share > 0.5
     if sheets.any() and film > 1.8 * np.median(prepared.room[sheets]):

@@ -71,7 +71,7 @@ def domain_of(start: Start, settings: SimulationSettings, cell: float) -> Domain
     if inner > MOST_CELLS:
         raise ValueError(
             f"Lower Resolution or Margin, or move the ground nearer: the domain would be {inner} "
-            f"cells wide, {MOST_CELLS} at most"
+            f"voxels wide, {MOST_CELLS} at most"
         )
     middle = (low + high) / 2
     corner = middle - (inner / 2 + OPEN_MARGIN) * cell
@@ -124,6 +124,6 @@ def bounds_along(turn: np.ndarray, start: Start) -> tuple[np.ndarray, np.ndarray
         points.append(start.drops.positions.astype(np.float64))
     together = np.concatenate(points) @ turn.T
     if not len(together):
-        raise ValueError("The splash has no liquid to simulate: lower its Surface Threshold")
+        raise ValueError("The splash has no liquid to simulate: lower its Thinness")
     half = liquid.grid.spacing / 2
     return together.min(axis=0) - half, together.max(axis=0) + half

@@ -24,11 +24,11 @@ class SimulationSettings(Settings):
     resolution: str = setting(
         "128",
         "Resolution",
-        "Cells along the longest side of the splash's box",
+        "Voxels along the longest side of the splash",
         items=(
-            ("64", "64 (Draft)", "Fast draft"),
-            ("96", "96", "Between draft and full resolution"),
-            ("128", "128", "Cells of a full splash"),
+            ("64", "64 (Preview)", "Fast preview"),
+            ("96", "96", "Between preview and full resolution"),
+            ("128", "128", "Voxels of a full splash"),
             ("192", "192", "One and a half times as fine: about five times the time"),
             ("256", "256", "Twice as fine: about sixteen times the time"),
         ),
@@ -75,7 +75,7 @@ class SimulationSettings(Settings):
     margin: float = setting(
         0.5,
         "Margin",
-        "Room around the splash, over the longest side of its box. What leaves it is gone",
+        "Room around the splash, over its longest side. What leaves it is gone",
         low=0.1,
         high=4.0,
         soft=2.0,
@@ -83,7 +83,7 @@ class SimulationSettings(Settings):
 
     @property
     def cells(self) -> int:
-        """Cells along the longest side of the splash's box."""
+        """Voxels along the longest side of the splash."""
         return int(self.resolution)
 
     @property

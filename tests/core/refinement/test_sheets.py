@@ -198,7 +198,7 @@ def test_bad_input_is_reported(flat):
     kept = enclosed_volume(thick.mesh.vertices, thick.mesh.faces)
     assert kept == pytest.approx(enclosed_volume(flat.mesh.vertices, flat.mesh.faces), rel=0.1)
     none = add_sheets(flat, replace(PLAIN, film=0.0))
-    assert any("too thin" in text for text in none.warnings)
+    assert any("mm are too thin for voxels of" in text for text in none.warnings)
     huge = add_sheets(flat, SheetSettings(rims=4.0, beads=1.0, fingers=2.0, drops=2.0))
     for made in (thick, none, huge):
         assert is_manifold(made.mesh.faces)

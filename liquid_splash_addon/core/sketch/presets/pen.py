@@ -19,8 +19,8 @@ POINTS = 48
 LONG = 128
 """Points along a stroke that bends much."""
 
-HAND_SPEED = 4.0
-"""Units per second: half a metre per second where a sketch two units wide stands for 0.25 m."""
+HAND_SPEED = 16 / 3
+"""Units per second: 0.9 m/s where a sketch two units wide stands for 0.33 m, 2.6 m/s of liquid."""
 
 HAND_SIZE = 2.0
 """Units across a sketch that is drawn at HAND_SPEED."""
