@@ -17,10 +17,16 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import bpy
+from mathutils import Vector
 
 import liquid_splash_addon
+from liquid_splash_addon.blender.scene import studio
+from liquid_splash_addon.blender.ui.studio_operators import points_of
 
 SIZE, SAMPLES = (800, 450), 64
+
+FIRST_VIEW = (-0.819, 0.362, -0.446)
+"""The way that one looks in the view that Blender starts with."""
 
 
 def make_splash() -> None:
@@ -65,7 +71,11 @@ def main() -> None:
         make_splash()
     else:
         open_splash(options.file)
-    bpy.ops.splash.studio()
+    if options.file is None:
+        bpy.ops.splash.studio()
+    else:  # from where it was drawn
+        splash = next(item for item in bpy.context.scene.objects if item.select_get())
+        studio.build(bpy.context.scene, points_of([splash]), Vector(FIRST_VIEW))
     render(options.out)
 
 
