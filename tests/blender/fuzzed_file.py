@@ -186,6 +186,7 @@ class InFile(FuzzedScene):
         bpy.ops.wm.open_mainfile(filepath=self.path())
         self.begin_anew()
 
+    @leaves  # the parents of what is appended
     def do_append(self) -> None:
         bpy.ops.wm.save_as_mainfile(filepath=self.path(), copy=True)
         with bpy.data.libraries.load(self.path()) as (_, wanted):

@@ -316,7 +316,8 @@ def hashes_of(item: bpy.types.Object) -> dict[str, str]:
     parent = item.parent.name if item.parent is not None else ""
     homes = sorted(home.name for home in item.users_collection)
     slots = [slot.material and slot.material.name for slot in item.material_slots]
-    place = [tuple(row) for row in item.matrix_basis]
+    is_keyed = item.animation_data is not None  # then its place is the frame's
+    place = () if is_keyed else [tuple(row) for row in item.matrix_basis]
     return {
         "geometry": hashlib.sha256(geometry_of(item)).hexdigest()[:12],
         "place": repr(place),
