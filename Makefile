@@ -16,7 +16,7 @@ export PIP_ARGS BLENDER
 # Idle OpenMP threads that spin take the cores from the threads that work.
 export OMP_WAIT_POLICY := PASSIVE
 
-.PHONY: help demo gallery assets animations test test-plain test-bpy test-bpy-next test-blender test-slow coverage bench bench-page messages lint blender build zip repo lock licences docs release clean
+.PHONY: help demo gallery assets animations test test-plain test-bpy test-bpy-next test-blender test-slow coverage bench bench-page messages reliability lint blender build zip repo lock licences docs release clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 15
@@ -91,6 +91,13 @@ licences: $(INSTALLED) ## the table of docs/licences.md: what the zips contain, 
 
 messages: $(INSTALLED) ## the list of docs/messages.md anew: what the add-on says, from its sources
 	$(VENV_PYTHON) -m scripts.messages
+
+reliability: $(INSTALLED) ## docs/reliability.md anew: fuzzer, soak and injections, an hour
+	mkdir -p out/reliability
+	$(VENV_PYTHON) -m tests.blender.scene_fuzzer 50 2000 --out out/reliability/fuzzer.json
+	$(VENV_PYTHON) -m tests.blender.soak --out out/reliability/soak.json
+	$(VENV_PYTHON) tests/run.py tests/blender/test_injections.py --junit-xml out/reliability/injections.xml
+	$(VENV_PYTHON) -m scripts.reliability out/reliability
 
 docs: $(DOCS_PYTHON) ## the documentation as a site: out/site; a warning or broken link fails
 	NO_MKDOCS_2_WARNING=1 $(DOCS_PYTHON) -m mkdocs build --strict

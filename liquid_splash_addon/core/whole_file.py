@@ -13,13 +13,15 @@ from pathlib import Path
 def whole_file(path: Path) -> Iterator[Path]:
     """Give the name of a file beside ``path`` that takes its place if all goes well.
 
-    What was at ``path`` stays as it was otherwise. Raises OSError.
+    What was at ``path`` stays as it was otherwise. Raises OSError, which names ``path``.
     """
     beside = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         yield beside
         os.replace(beside, path)
-    except BaseException:
+    except BaseException as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            error.filename = str(path)  # what was meant; a full disk names none at all
         with contextlib.suppress(OSError):
             beside.unlink(missing_ok=True)
         raise

@@ -13,11 +13,15 @@ import sys
 import time
 import timeit
 from collections.abc import Callable
+from typing import Any
 
 from tests.benchmarks.window import ROOT, in_second_window
 
 FEW, MANY = 8, 8000
 """Objects beside the splash."""
+
+SPLASHES = 50
+"""In the file of which undo is measured, beside MANY objects."""
 
 REPEATS = 15
 """Of each measurement, the fastest of which counts."""
@@ -78,9 +82,66 @@ def measured() -> dict[str, float]:
         for name, values in found.items()
         for count, value in values.items()
     }
+    numbers |= undo(sketch)
     drawn = found["panel_draw_ms"]
     numbers[f"interface.panel_draw_ms_{MANY}_over_{FEW}"] = drawn[MANY] / drawn[FEW]
     return numbers
+
+
+def undo(sketch: Any) -> dict[str, float]:
+    """Return the milliseconds of ours in one Ctrl+Z while drawing, among many splashes.
+
+    sketch : of the scene, with strokes; also the longest piece of what follows in timers.
+    """
+    import bpy
+
+    from liquid_splash_addon.blender.jobs import loaded_generator, staleness, work_queue
+    from tests.blender.sketching import TubeGenerator, generate
+
+    loaded_generator.get = lambda *_: TubeGenerator()  # type: ignore[assignment]
+    bpy.context.view_layer.objects.active = sketch
+    for item in [item for item in bpy.data.objects if item.name.startswith("Splash")]:
+        bpy.data.objects.remove(item)
+    splash = generate()
+    for _ in range(SPLASHES - 1):
+        copy = splash.copy()
+        copy.data = splash.data.copy()
+        bpy.context.scene.collection.objects.link(copy)
+    work_queue.is_immediate = lambda: False
+    spent, name = [0.0], sketch.name  # undo makes it another object
+    lists = ("undo_pre", "undo_post", "depsgraph_update_pre", "depsgraph_update_post")
+    for listed in (getattr(bpy.app.handlers, name) for name in lists):
+        listed[:] = [timed(handler, spent) for handler in listed]
+    undone, pieces = [], []
+    for number in range(REPEATS):
+        bpy.ops.ed.undo_push(message="Before")
+        bpy.data.objects[name].location.x += 0.01
+        bpy.context.view_layer.update()
+        bpy.ops.ed.undo_push(message=f"Stroke {number}")
+        spent[0] = 0.0
+        bpy.ops.ed.undo()
+        bpy.context.view_layer.update()
+        undone.append(spent[0])
+        for tick in (work_queue.tick, staleness.look_later):
+            begun = time.process_time()
+            while tick() is not None:
+                pieces.append(time.process_time() - begun)
+                begun = time.process_time()
+    return {
+        f"interface.undo_ms_{MANY}_{SPLASHES}": 1000 * min(undone),
+        f"interface.undo_piece_ms_{MANY}_{SPLASHES}": 1000 * max(pieces, default=0.0),
+    }
+
+
+def timed(handler: Callable[..., object], spent: list[float]) -> Callable[..., object]:
+    """Return a handler that adds the seconds of processor time that it takes to ``spent``."""
+
+    def call(*arguments: object) -> None:
+        begun = time.process_time()
+        handler(*arguments)
+        spent[0] += time.process_time() - begun
+
+    return call
 
 
 if __name__ == "__main__":

@@ -115,9 +115,21 @@ def check_packages(_name: str) -> None:
     print(f"extension: torch {torch.__version__} of {torch.__file__}", flush=True)
 
 
+def check_reloading(name: str) -> None:
+    """Reload Scripts, as the Blender menu does: the add-on is there again, and so is its work."""
+    before = sys.modules[name]
+    bpy.ops.script.reload()
+    assert sys.modules[name] is before or hasattr(sys.modules[name], "register")
+    assert addon_utils.check(name) == (True, True), "the extension did not come back"
+    (splash,) = (item for item in bpy.context.scene.objects if item.type == "MESH")
+    assert splash.splash.version, "what it made is still known"
+    bpy.context.view_layer.objects.active = splash
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+
+
 MODES = {
     "enable": (),
-    "splash": (check_splash,),
+    "splash": (check_splash, check_reloading),
     "everything": (check_splash, check_refinement_and_model, check_packages),
 }
 """What to check of it while it is enabled."""

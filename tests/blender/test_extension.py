@@ -91,9 +91,49 @@ def install_commands(source: str) -> list[list[str]]:
     return [add, ["sync"], ["install", "--enable", "splashes.liquid_splash"]]
 
 
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the home of a user whose name has spaces and Cyrillic letters."""
+    folder = tmp_path / "Иван Петров, Ёлкин"
+    folder.mkdir()
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(folder))
+    return folder
+
+
 @slow_under_the_module
-def test_installed_extension_makes_a_splash(extension: Path, tmp_path: Path) -> None:
-    use("splash", extension, tmp_path)
+def test_installed_extension_makes_a_splash(extension: Path, home: Path) -> None:
+    use("splash", extension, home)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders are made read-only as Unix does")
+def test_a_user_folder_that_cannot_be_written(extension: Path, home: Path) -> None:
+    """It is enabled all the same; compiled code goes to a temporary folder, and that is said."""
+    use("enable", extension, home)
+    resources = home / "resources"
+    for path in [*resources.rglob("*"), resources]:
+        path.chmod(path.stat().st_mode & ~0o222)
+    try:
+        options = ["--background", "--python-exit-code", "1", "--python"]
+        program = [sys.executable] if bpy.app.module else [bpy.app.binary_path, *options]
+        command = [*program, SCRIPT.with_name("read_only_user.py")]
+        printed = subprocess.run(
+            [*without_power(), *command], cwd=home, capture_output=True, text=True,
+            env={**os.environ, "BLENDER_USER_RESOURCES": str(resources)}, timeout=TIMEOUT,
+        )  # fmt: skip
+    finally:
+        for path in [resources, *resources.rglob("*")]:
+            path.chmod(path.stat().st_mode | 0o200)
+    assert "read-only: works" in printed.stdout, printed.stdout + printed.stderr
+    assert "Traceback" not in printed.stdout + printed.stderr
+
+
+def without_power() -> list[str]:
+    """Return what to put before a command so that root, too, may not write everywhere."""
+    if os.geteuid() != 0:
+        return []
+    dropped = "-dac_override,-dac_read_search,-fowner"
+    return ["setpriv", f"--bounding-set={dropped}", f"--inh-caps={dropped}"]
 
 
 def test_blender_subscribes_to_a_repository_and_installs_from_it(

@@ -131,6 +131,7 @@ class SplashObjectGroup(bpy.types.PropertyGroup):
     )
     settings: PointerProperty(type=SplashSettingsGroup)
     made_with: StringProperty(description="The settings that it was made with")
+    made_threshold: FloatProperty(description="That of them which is the surface's; 0: not noted")
     regime: StringProperty(description="What is computed where no generator knows its size")
     fastest: FloatProperty(description="Fastest speed, m/s, that its generator knows; 0: not noted")
     made_of: StringProperty(description="Digest of the strokes and settings that it was made of")

@@ -385,6 +385,7 @@ def remember(
     record.version = addon_version()
     record.made_of = splash.data.splash_liquid.made_of = request.digest
     record.made_with = repr(request.settings)
+    record.made_threshold = request.settings.surface_threshold
     record.fastest, record.regime = result.fastest, result.regime
     record.frame, record.refit = frame_to_text(result.frame), False
     record.frame_real_size = request.settings.real_size

@@ -5,6 +5,15 @@ from __future__ import annotations
 
 from ...core import packages
 
+NO_MEMORY = (
+    "Not enough memory: choose a lower resolution or fewer particles, or close other programs, "
+    "then try again"
+)
+
+NO_MEMORY_SAID = ("not enough memory", "can't allocate memory", "out of memory", "start new thread")
+"""What libraries say who have no error of their own for memory that is not there: PyTorch, CUDA,
+Python's threads."""
+
 _last = ""
 
 
@@ -26,14 +35,19 @@ def worded(error: Exception) -> str:
         return packages.advice_for(error)
     if isinstance(error, ValueError):
         return str(error)
-    if isinstance(error, MemoryError):
-        return (
-            "Not enough memory: choose a lower resolution or fewer particles, or close other "
-            "programs, then try again"
-        )
+    if is_no_memory(error):
+        return NO_MEMORY
     if isinstance(error, OSError):
         return f"A file could not be read or written ({error}): check the disk, then try again"
     return (
         f"Unexpected error, {type(error).__name__}: {error}. Please report it: the system console "
         "shows the details"
     )
+
+
+def is_no_memory(error: Exception) -> bool:
+    """Whether an error says that memory has run out."""
+    if isinstance(error, MemoryError):
+        return True
+    said = str(error).lower()
+    return isinstance(error, RuntimeError) and any(words in said for words in NO_MEMORY_SAID)

@@ -102,13 +102,22 @@ def read_task(splash: bpy.types.Object) -> Task:
     return Task(
         content,
         identifier,
-        plain(splash.splash.settings.surface_threshold),
+        made_threshold(splash),
         frame_from_text(splash.splash.frame),
         for_liquid(steps_of(splash), splash.splash.settings.liquid),
         *obstacles_of(splash),
         look=looks.wanted_look(splash),
         colours=splash.splash_look.colours,
     )
+
+
+def made_threshold(splash: bpy.types.Object) -> float:
+    """Return the threshold that a splash was made with.
+
+    That of its settings waits for Regenerate, as they all do: else undo would change the mesh.
+    """
+    record = splash.splash
+    return float(plain(record.made_threshold) or plain(record.settings.surface_threshold))
 
 
 def look_of(task: Task) -> Look | None:

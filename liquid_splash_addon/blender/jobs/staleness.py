@@ -7,6 +7,7 @@ a moment later.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from typing import Any
 
@@ -21,6 +22,9 @@ from . import generate, work_queue
 
 PATIENCE = 0.3
 """Seconds after a change before strokes are looked at."""
+
+GO_ON = 0.02
+"""Seconds until the next splashes are looked at where there are many."""
 
 _seen: dict[int, str] = {}
 """Digests of what splashes would be made of, by session_uid, when it was last looked at."""
@@ -54,22 +58,24 @@ def digest_now(splash: bpy.types.Object) -> str:
         return made_of
 
 
-def look() -> None:
-    """Look at the splashes that wait for it."""
-    waiting = {handle.find() for handle in _waiting}
-    _waiting.clear()
-    for splash in waiting:
+def look(seconds: float = float("inf")) -> None:
+    """Look at the splashes that wait for it, for some seconds; at one at the least."""
+    end = time.monotonic() + seconds
+    while _waiting:
+        splash = _waiting.pop().find()
         if splash is not None and splash.splash.made_of:
             _seen[splash.session_uid] = digest_now(splash)
+        if time.monotonic() > end:
+            break
 
 
 def look_later() -> float | None:
     """Look; the timer."""
     if work_queue.is_locked() or work_queue.running() is not None:
         return PATIENCE
-    look()
+    look(work_queue.SLICE)
     work_queue.redraw_sidebars()
-    return None
+    return GO_ON if _waiting else None
 
 
 def sources_of(splash: bpy.types.Object) -> Iterable[bpy.types.Object]:

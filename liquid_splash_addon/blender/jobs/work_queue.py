@@ -12,6 +12,7 @@ flight need no tracking. Nothing is written while a render or a bake runs.
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from collections.abc import Callable, Hashable
@@ -23,6 +24,7 @@ from ...core.progress import silent
 from ..scene.locks import is_locked
 from . import main_thread
 from .job import STOP_SECONDS, Job, redraw_sidebars
+from .messages import is_no_memory
 
 if TYPE_CHECKING:
     from ...core.progress import Report
@@ -32,6 +34,9 @@ LONG = 3
 
 TICK = 0.03
 """Seconds between two looks at the thread."""
+
+SLICE = 0.01
+"""Seconds for which work is read from the scene before Blender has its turn again."""
 
 
 class Work(NamedTuple):
@@ -61,7 +66,10 @@ class Entry:
     beside : whether a process of its own does it
     error : what ended it
     is_dropped : whether it left the queue without a result
+    window : address of the window whose operator writes the result; 0 for none
     """
+
+    window = 0
 
     def __init__(
         self,
@@ -258,12 +266,25 @@ def report_failure(entry: Entry, error: Exception) -> None:
 
 def print_unexpected(error: Exception) -> None:
     """Print what is no sentence for users to the console, with where it happened."""
-    if not isinstance(error, (ValueError, MemoryError, ImportError)):
-        traceback.print_exception(error)
+    if not (isinstance(error, (ValueError, ImportError)) or is_no_memory(error)):
+        with contextlib.suppress(OSError, ValueError):  # a console that goes to a full disk
+            traceback.print_exception(error)
+
+
+def drop_abandoned() -> None:
+    """Drop what an operator was to write whose window was closed: Blender does not tell it."""
+    waited_for = [entry for lane in _lanes for entry in lane.entries if entry.collected]
+    if not waited_for:
+        return
+    there = {window.as_pointer() for window in bpy.context.window_manager.windows}
+    for entry in waited_for:
+        if entry.window and entry.window not in there:
+            drop(entry)
 
 
 def tick() -> float | None:
     """Write what is done and begin what waits; None ends the timer."""
+    drop_abandoned()
     redraw_sidebars()
     if is_locked():
         return TICK
@@ -273,18 +294,24 @@ def tick() -> float | None:
         if entry is not None and entry.is_ready and not entry.collected:
             _end(lane, entry)
     begin()
-    is_busy = main_thread.is_asked() or any(lane.running for lane in _lanes)
+    is_busy = main_thread.is_asked() or any(lane.entries for lane in _lanes)
     return TICK if is_busy else None
 
 
 def begin() -> None:
-    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way."""
+    """Begin what waits wherever nothing runs; write nothing. What was stopped gives way.
+
+    Undo has all splashes looked at: where there are many, the next tick goes on.
+    """
+    end = time.monotonic() + SLICE
     for lane in _lanes:
         entry = lane.running
         if entry is not None and entry.is_stopping and entry.is_ready and not entry.collected:
             lane.running = None
         while lane.running is None and lane.waiting:
             _begin(lane, lane.waiting.pop(0))
+            if time.monotonic() > end:
+                break
 
 
 def _end(lane: Lane, entry: Entry) -> None:

@@ -17,6 +17,9 @@ from ..scene.objects import SceneError
 TICK = 0.1
 """Seconds between two checks of the work."""
 
+_timers: dict[Entry, tuple[int, bpy.types.Timer]] = {}
+"""Of the operators that wait: the address of their window, and the timer that wakes them."""
+
 
 class QueuedOperator:
     """An operator that waits for its work, so that Blender's undo knows of the result.
@@ -89,10 +92,12 @@ class QueuedOperator:
         except Exception as error:
             return self.give_up(error)
         self._entry = Entry(self.owner(), self.read, lambda error: None, True, self.beside)
+        self._entry.window = context.window.as_pointer()
         work_queue.put(self._entry, first=True)
         manager = context.window_manager
         manager.progress_begin(0, 100)
-        self._timer = manager.event_timer_add(TICK, window=context.window)
+        timer = manager.event_timer_add(TICK, window=context.window)
+        _timers[self._entry] = self._entry.window, timer
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -135,10 +140,7 @@ class QueuedOperator:
     def leave(self, context: bpy.types.Context) -> None:
         """Take the entry out of the queue and the progress from the screen."""
         work_queue.drop(self._entry)
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
+        forget(self._entry)
 
     def done(self) -> set[str]:
         """Forget what stood in the way before."""
@@ -173,3 +175,26 @@ def show_progress(context: bpy.types.Context, entry: Any) -> None:
     context.workspace.status_text_set("Splash: stopping" if entry.is_stopping else text)
     context.window_manager.progress_update(100 * entry.fraction)
     redraw_sidebars()
+
+
+def forget(entry: Entry) -> None:
+    """Take an operator's timer and its progress from the screen."""
+    address, timer = _timers.pop(entry, (0, None))
+    manager = bpy.context.window_manager
+    if timer is None:
+        return
+    if any(window.as_pointer() == address for window in manager.windows):  # else they went with it
+        manager.event_timer_remove(timer)
+    manager.progress_end()
+    for window in manager.windows:
+        window.workspace.status_text_set(None)
+
+
+def register() -> None:
+    """Nothing waits yet."""
+
+
+def unregister() -> None:
+    """Clean up after operators that waited: Blender ends them without telling them."""
+    for entry in [*_timers]:
+        forget(entry)

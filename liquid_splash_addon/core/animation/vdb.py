@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from errno import ENOSPC
 from pathlib import Path
 from types import ModuleType
 
@@ -53,8 +54,17 @@ def write_vdb(openvdb: ModuleType, path: Path, start: SolverStart) -> None:
         grid.transform = transform
     with whole_file(path) as unfinished:
         openvdb.write(str(unfinished), [surface, velocity])
-        if not unfinished.stat().st_size:  # OpenVDB does not always say so
-            raise OSError(f"Nothing could be written to {path.parent}")
+        check_whole(openvdb, unfinished)
+
+
+def check_whole(openvdb: ModuleType, path: Path) -> None:
+    """Raise OSError where a file was not written to its end: OpenVDB does not say so."""
+    try:
+        grids, _ = openvdb.readAll(str(path))
+    except Exception as error:  # openvdb has its own, and raises others too
+        raise OSError(ENOSPC, "the disk may be full") from error
+    if len(grids) != 2:
+        raise OSError(ENOSPC, "the disk may be full")
 
 
 def index_to_world(grid: Grid, world: Frame) -> np.ndarray:

@@ -30,12 +30,12 @@ class Unwritten(TorchFunctionMode):
         """Have tensors made on the meta device."""
         self._device = torch.device("meta")
         self._device.__enter__()
-        super().__enter__()
+        super().__enter__()  # type: ignore[no-untyped-call]
         return self
 
     def __exit__(self, *error: Any) -> None:
         """Make tensors as before."""
-        super().__exit__(*error)
+        super().__exit__(*error)  # type: ignore[no-untyped-call]
         self._device.__exit__(*error)
 
     def __torch_function__(
