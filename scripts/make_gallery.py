@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -92,10 +92,13 @@ def picture(name: str, options: argparse.Namespace) -> Image.Image:
     return made
 
 
-def splash(preset: str, place: Sequence[float] = (0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0), **controls):
-    """Return the refined splash of a preset sketch, or the model of its layers."""
-    sketch = models.add_sketch(preset, place, turn, **controls)
-    return refined(sketch)
+def splash(preset: str, reach: float = 0.0, **controls: Any):
+    """Return the refined splash of a preset sketch, or the model of its layers.
+
+    reach : the setting *Keep Near*, m; 0 for none.
+    """
+    sketch = models.add_sketch(preset, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **controls)
+    return refined(sketch, **({"reach": reach} if reach else {}))
 
 
 def refined(sketch: bpy.types.Object, waves: bool = True, **settings: Any):
@@ -167,7 +170,11 @@ def ligaments():
 
 def heart():
     """Heart of wine."""
-    return splash("HEART", asymmetry=0.1), {"liquid": "wine", "view": FRONT, "glow": studio.WARM}
+    return splash("HEART", 0.016, asymmetry=0.1, pour=0.7), {
+        "liquid": "wine",
+        "view": FRONT,
+        "glow": studio.WARM,
+    }
 
 
 def butterfly():

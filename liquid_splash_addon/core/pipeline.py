@@ -115,7 +115,10 @@ def make_splash(
     from .refinement.stack import Refiner
 
     around = [obstacle.seen_from(frame) for obstacle in obstacles]
-    refiner = Refiner(fields, settings.surface_threshold, around, clearance, strokes=local)
+    refiner = Refiner(
+        fields, settings.surface_threshold, around, clearance, strokes=local,
+        seed=settings.seed_of_details,
+    )  # fmt: skip
     refined = refiner.refine(
         refinements, lambda stage, share: report(stage, 0.7 + 0.3 * share), look
     )

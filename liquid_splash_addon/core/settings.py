@@ -165,6 +165,11 @@ class SplashSettings(Settings):
         return f"{type(self).__name__}({inside})"
 
     @property
+    def seed_of_details(self) -> int:
+        """What the seeds of refinements follow: 0 without variation, where all seeds are alike."""
+        return self.seed if self.variation > 0 else 0
+
+    @property
     def cells(self) -> int:
         """Cells along each side of the local grid."""
         return int(self.resolution)

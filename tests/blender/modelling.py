@@ -14,6 +14,8 @@ from liquid_splash_addon.core.mesh.signed_distance import winding_on_grid
 from liquid_splash_addon.core.numeric.triangles import enclosed_volume
 from liquid_splash_addon.core.refinement.presets import BARE
 from tests.blender.sketching import (
+    GAIN,
+    SIZE,
     TubeGenerator,
     add_sketch,
     fan,
@@ -48,7 +50,8 @@ def crossing() -> bpy.types.Object:
 def generate_layers(sketch: bpy.types.Object) -> bpy.types.Object:
     """Generate the layers of ``sketch`` as bare liquid, and return their model."""
     bpy.context.view_layer.objects.active = sketch
-    bpy.context.scene.splash.settings.real_size = 0.32  # not the default, which may move
+    settings = bpy.context.scene.splash.settings
+    settings.real_size, settings.speed_gain = SIZE, GAIN  # not the defaults, which may move
     bpy.context.scene.splash.start = BARE
     assert bpy.ops.splash.generate_layers() == {"FINISHED"}
     return the_model()
@@ -112,7 +115,7 @@ def bodies(item: bpy.types.Object, size: int = 1) -> set[int]:
 def single(matrix: Matrix | None = None) -> bpy.types.Object:
     """Return the model of one splash, whose sketch stands at ``matrix``."""
     sketch = add_sketch(fan(), matrix)
-    assert bpy.ops.splash.generate(start=BARE) == {"FINISHED"}
+    assert bpy.ops.splash.generate(start=BARE, speed_gain=GAIN) == {"FINISHED"}
     bpy.context.view_layer.objects.active = sketch
     assert bpy.ops.splash.combine() == {"FINISHED"}
     return the_model()

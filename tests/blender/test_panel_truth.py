@@ -11,9 +11,9 @@ from mathutils import Matrix
 from liquid_splash_addon.blender.jobs import problems, staleness
 from liquid_splash_addon.blender.scene.sketch import add_strokes
 from liquid_splash_addon.blender.ui.panels import SPLASH_PT_info, SPLASH_PT_main
-from liquid_splash_addon.core.settings import SplashSettings
 from tests.blender.drawing_panels import drawn
 from tests.blender.sketching import (
+    GAIN,
     add_sketch,
     fan,
     generate,
@@ -180,7 +180,7 @@ def test_too_fast_strokes_are_said_once_and_slow_ones_stay_another_splash():
         said = " ".join(drawn(panel) for panel in (SPLASH_PT_main, SPLASH_PT_info))
         assert said.count("Strokes reach") == said.count("splash.fit_speed") == 1
         assert splash.splash.warnings.count("Fit Speed") == 1
-        assert splash.splash.settings.speed_gain == SplashSettings().speed_gain
+        assert splash.splash.settings.speed_gain == GAIN
         regenerate(splash)
     add_sketch(slower(fan(), 4.0))
     generate()

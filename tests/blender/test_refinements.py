@@ -108,6 +108,24 @@ def test_regenerate_refines_again(splash):
     np.testing.assert_array_equal(vertices(splash), refined)
 
 
+def test_steps_follow_the_seed_that_the_splash_was_made_with(splash):
+    add("DROPLETS").droplets.amount = 0.02
+    plain = vertices(splash)
+    settings = splash.splash.settings
+    settings.seed = 3
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+    np.testing.assert_array_equal(vertices(splash), plain, "without variation all are alike")
+    settings.variation = 1.0
+    assert bpy.ops.splash.regenerate() == {"FINISHED"}
+    third = vertices(splash)
+    settings.seed = 4  # asks for another splash, which is not made yet
+    item = splash.splash_stack.items[0]
+    item.droplets.amount = 0.01
+    assert vertices(splash).shape != third.shape
+    item.droplets.amount = 0.02
+    np.testing.assert_array_equal(vertices(splash), third)
+
+
 def test_a_preset_replaces_the_list(splash):
     add("CLEANUP")
     assert bpy.ops.splash.refinement_preset(preset="FRESH") == {"FINISHED"}

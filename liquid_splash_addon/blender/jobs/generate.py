@@ -259,7 +259,7 @@ def compute(request: Request, report: Report) -> Result:
     report("Storing the liquid", 0.9)
     warnings = [*request.warnings, *stroke_warnings, *splash.warnings]
     warnings += generator_changes(request, generator.weights_hash, generator.precision)
-    liquid = StoredSplash(splash.fields, splash.strokes).to_bytes()
+    liquid = StoredSplash(splash.fields, splash.strokes, seed=settings.seed_of_details).to_bytes()
     seconds = time.perf_counter() - start
     return Result(
         mesh=splash.mesh.with_edges(),

@@ -147,7 +147,7 @@ def new_refiner(task: Task, content: bytes) -> Refiner:
     stored = StoredSplash.from_bytes(content)
     return Refiner(
         stored.fields, task.threshold, obstacles, task.clearance, stored.applied, stored.flowed,
-        stored.strokes,
+        stored.strokes, stored.seed,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..compiling import njit
 from ..numeric.cell_list import counting_sort
+from ..numeric.threads import in_parts
 from ..numeric.triangles import face_normals
 
 BOX_SIZE = 1.4
@@ -43,12 +44,24 @@ def take_back(before: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.nd
             break
         touched = np.zeros(len(moved), dtype=bool)
         touched[near[crossed]] = True
-        touched[faces[touched[faces].any(axis=1)]] = True
+        touched[faces[_touching(faces, touched)]] = True
         share[touched] *= KEPT_SHARE
-        there = before + share * (moved - before)
+        if there is moved:
+            there = before + share * (moved - before)
+        else:
+            there[touched] = before[touched] + share[touched] * (moved[touched] - before[touched])
         # Elsewhere nothing crossed, and nothing has moved since.
-        near = faces[faces_beside(there, faces, touched[faces].any(axis=1))]
+        near = faces[faces_beside(there, faces, _touching(faces, touched))]
     return there
+
+
+@njit(cache=True)
+def _touching(faces, touched):
+    """Return which faces have a corner that is touched, bool ``(m,)``."""
+    found = np.empty(len(faces), dtype=np.bool_)
+    for f in range(len(faces)):
+        found[f] = touched[faces[f, 0]] or touched[faces[f, 1]] or touched[faces[f, 2]]
+    return found
 
 
 def faces_beside(vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -63,10 +76,8 @@ def in_boxes(
     """Return what lays faces out in boxes: points from the lowest corner on, float64 ``(n, 3)``,
     the faces' bounds, see :func:`_bounds`, boxes per unit of length, and boxes along each axis.
     """
-    points = vertices.astype(np.float64)
-    points -= points.min(axis=0)
+    points, extent = _from_lowest(vertices)
     bounds, mean = _bounds(points, faces)
-    extent = points.max(axis=0)
     side = max(BOX_SIZE * mean, float(np.cbrt(np.prod(extent + mean) / MOST_FACE_BOXES)))
     return points, bounds, np.float32(1 / side), tuple(int(n) + 1 for n in extent / side)
 
@@ -87,8 +98,30 @@ def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         order, first = counting_sort(keys, size[0] * size[1] * size[2])
         inside = owners[order]
         normals = face_normals(points, faces).astype(np.float32)
-        _find(points, faces, bounds, normals, first, inside, crossed)
+        held = points, faces, bounds, normals, first, inside
+
+        def find(begin: int, end: int) -> None:
+            # Boxes of about as many faces for each thread. What they write is only ever True.
+            ends = np.searchsorted(first[:-1], np.array([begin, end], dtype=first.dtype))
+            _find(ends[0], ends[1], *held, crossed)
+
+        in_parts(len(inside), find)
     return crossed
+
+
+@njit(cache=True)
+def _from_lowest(vertices):
+    """Return points from their lowest corner on, float64 ``(n, 3)``, and the highest one."""
+    points = vertices.astype(np.float64)
+    low, extent = np.full(3, np.inf), np.zeros(3)
+    for v in range(len(points)):
+        for n in range(3):
+            low[n] = min(low[n], points[v, n])
+    for v in range(len(points)):
+        for n in range(3):
+            points[v, n] -= low[n]
+            extent[n] = max(extent[n], points[v, n])
+    return points, extent
 
 
 @njit(cache=True)
@@ -150,9 +183,9 @@ def _beside(bounds, chosen, scale, size):
 
 
 @njit(cache=True)
-def _find(points, faces, bounds, normals, first, inside, crossed):
+def _find(start, stop, points, faces, bounds, normals, first, inside, crossed):
     alike = np.float32(ALIKE_COSINE)
-    for box in range(len(first) - 1):
+    for box in range(start, stop):
         for p in range(first[box], first[box + 1]):
             f = inside[p]
             nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]

@@ -11,6 +11,7 @@ from ..grid import Grid
 from ..liquid.fields import AIR
 from ..mesh.isosurface import isosurface
 from ..mesh.mesh import Mesh
+from ..mesh.self_intersection import crossing_faces, faces_beside
 from ..mesh.taubin import neighbour_mean
 from ..numeric.triangles import signed_volumes
 from .particle_level import FINER, FineLevel, fill_atlas
@@ -79,6 +80,18 @@ class DropCloud:
             self.positions[kept], self.velocities[kept], self.radii[kept], self.meshed[kept],
             mesh, owner,
         )  # fmt: skip
+
+    def clear_of(self, mesh: Mesh) -> np.ndarray:
+        """Return which drops have surfaces that do not cross ``mesh``, bool ``(n,)``."""
+        clear = np.ones(len(self.radii), dtype=bool)
+        if len(self.mesh.faces):
+            both = mesh.joined(self.mesh)
+            is_drop = np.arange(len(both.faces)) >= len(mesh.faces)
+            near = np.flatnonzero(faces_beside(both.vertices, both.faces, is_drop))
+            crossed = near[crossing_faces(both.vertices, both.faces[near])]
+            corners = both.faces[crossed[is_drop[crossed]], 0] - len(mesh.vertices)
+            clear[self.owner[corners]] = False
+        return clear
 
 
 def drop_cloud(

@@ -187,11 +187,11 @@ def tilted(along: np.ndarray, to: np.ndarray, tilt: np.ndarray) -> tuple[np.ndar
 
     to : ``(3,)``, towards which the first angle tilts: it turns as the mesh turns.
     """
-    aside = np.cross(along, np.cross(to, along))
+    aside = cross(along, cross(to, along))
     aside /= max(np.linalg.norm(aside), 1e-12)
-    out = along + tilt[0] * aside + tilt[1] * np.cross(along, aside)
+    out = along + tilt[0] * aside + tilt[1] * cross(along, aside)
     out /= np.linalg.norm(out)
-    aside = np.cross(out, np.cross(aside, out))
+    aside = cross(out, cross(aside, out))
     return out, aside / max(np.linalg.norm(aside), 1e-12)
 
 
@@ -211,13 +211,19 @@ def ring_around(faces: np.ndarray, corners: np.ndarray) -> list[int]:
     return ring if at == begin and len(ring) == len(after) and len(ring) >= 4 else []
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the cross product of two vectors ``(3,)``, to the last bit as NumPy, but at once."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
 def basis(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors that are a right-handed frame together with ``along``."""
     axis = np.zeros(3)
     axis[np.argmin(np.abs(along))] = 1
-    first = np.cross(along, axis)
+    first = cross(along, axis)
     first /= np.linalg.norm(first)
-    return first, np.cross(along, first)
+    return first, cross(along, first)
 
 
 def angles_of(points: np.ndarray, middle: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -344,7 +350,7 @@ def shed(
             way += DROP_GAP * root.radius * rng.uniform(0.7, 1.3)
             off = 0.1 * way * rng.normal(size=2)
             if number < wanted:
-                across = off[0] * root.aside + off[1] * np.cross(root.along, root.aside)
+                across = off[0] * root.aside + off[1] * cross(root.along, root.aside)
                 places.append(tip + way * root.along + across)
                 speeds.append(root.velocity * (1 + 0.05 * number))
                 radii.append(size)

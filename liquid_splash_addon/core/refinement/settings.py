@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields, replace
+from typing import ClassVar, Self
 
-from ..settings import Settings, setting
+from ..settings import LATENT_SEED_MAX, Settings, setting
 
 PARTICLE_STEP = 1 / 240
 """Seconds of a step of the particles' simulation; the default flight takes four."""
@@ -19,6 +19,9 @@ SMALLEST_RADIUS, LARGEST_RADIUS = 0.75, 3.0
 
 PARTICLES, MOST_PARTICLES = 50_000, 400_000
 
+SEED_STRIDE = 1_000_003
+"""From the seeds of a step on one splash to those on the next: odd, so that none are the same."""
+
 
 @dataclass(frozen=True)
 class RefinementSettings(Settings):
@@ -26,6 +29,16 @@ class RefinementSettings(Settings):
 
     label: ClassVar[str]
     about: ClassVar[str]
+
+    def of_splash(self, seed: int) -> Self:
+        """Return the step as it is on the splash of a seed; 0 leaves it as it is.
+
+        Different seeds of either give different ones; steps without a seed are alike on all.
+        """
+        if seed == 0 or all(item.name != "seed" for item in fields(self)):
+            return self
+        own: int = vars(self)["seed"]
+        return replace(self, **{"seed": (own + SEED_STRIDE * seed) % (LATENT_SEED_MAX + 1)})
 
 
 @dataclass(frozen=True)

@@ -102,13 +102,15 @@ class Refiner:
         applied: Applied | None = None,
         flowed: Flowed | None = None,
         strokes: Sequence[Stroke] = (),
+        seed: int = 0,
     ) -> None:
         """Take a splash and its obstacles.
 
         threshold : probability of liquid at the surface; obstacles : in local metres; offset :
         cells of air around them; applied : refinements that were applied to it, which come
         before all others; flowed : the liquid and drops of both, some time later; strokes : from
-        which times of flight come, local metres and m/s.
+        which times of flight come, local metres and m/s; seed : of the splash, which those of
+        steps follow.
         """
         self.base = Detail(LevelSet.of(fields, threshold))
         self.applied_waves: tuple[WaveSettings, ...] = ()
@@ -119,6 +121,7 @@ class Refiner:
         if flowed is not None:
             self.base = Detail(flowed.liquid)
         self.obstacles, self.offset, self.strokes = obstacles, offset, strokes
+        self.seed = seed
         self._sheets: tuple[Steps, SheetMesh] | None = None
         self._details: dict[Steps, Detail] = {}
         self._meshes: dict[Steps, Mesh] = {}
@@ -139,6 +142,7 @@ class Refiner:
         left, and whatever ``report`` raises.
         """
         report = report or silent
+        steps = self._own(steps)
         solid = liquid_steps(steps)
         waves = (*self.applied_waves, *wave_steps(steps))
         sheets = last_sheets(steps) or self.applied_sheets
@@ -164,6 +168,8 @@ class Refiner:
             room = None
             gained.append(change)
             warnings += said
+        if films is not None:  # a rim takes up drops that it has come to touch
+            cloud = cloud.only(cloud.clear_of(mesh))
         half = None if films is None else carried_room(*films, mesh, cloud.radii[cloud.owner])
         mesh = self._pushed_out(mesh.joined(cloud.mesh))
         warnings += [obstacle.warning for obstacle in self.obstacles if obstacle.warning]
@@ -179,7 +185,7 @@ class Refiner:
 
         Obstacles are carved out. Raises ObstacleError if no liquid is left.
         """
-        solid = liquid_steps(steps)
+        solid = liquid_steps(self._own(steps))
         details = self._run(solid, report or silent, len(solid) + 1)
         return Detail(
             carve(details[-1].liquid, self.obstacles, self.offset),
@@ -190,6 +196,7 @@ class Refiner:
 
     def applied(self, steps: Sequence[RefinementSettings]) -> Applied:
         """Return what is kept when ``steps`` are applied: obstacles are not carved out yet."""
+        steps = self._own(steps)
         solid = liquid_steps(steps)
         details = self._run(solid, silent, len(solid) + 1)
         cloud = DropCloud.empty()
@@ -198,6 +205,10 @@ class Refiner:
         waves = (*self.applied_waves, *wave_steps(steps))
         sheets = last_sheets(steps) or self.applied_sheets
         return Applied(details[-1].liquid, cloud, waves, sheets)
+
+    def _own(self, steps: Sequence[RefinementSettings]) -> Steps:
+        """Return the steps as they are on this splash: their seeds follow its own."""
+        return tuple(step.of_splash(self.seed) for step in steps)
 
     def _run(self, solid: Steps, report: Report, count: int) -> list[Detail]:
         """Return the splash before and after each of the ``solid`` steps.

@@ -72,12 +72,14 @@ class StoredSplash:
     strokes : what it was made of, local metres and m/s; none in files from before they were kept
     applied : the refinements that were applied to it, if there are any
     flowed : the liquid, applied refinements included, some time later, if it was flown on
+    seed : that the seeds of refinements follow; 0 in files from before it was kept
     """
 
     fields: Fields
     strokes: Sequence[Stroke] = field(default_factory=tuple)
     applied: Applied | None = None
     flowed: Flowed | None = None
+    seed: int = 0
 
     @property
     def version(self) -> int:
@@ -88,7 +90,7 @@ class StoredSplash:
 
     def to_bytes(self) -> bytes:
         """Return the container, a megabyte or two."""
-        arrays = {"version": np.array(self.version)}
+        arrays = {"version": np.array(self.version), "seed": np.array(self.seed)}
         arrays |= prefixed("fields", self.fields.to_arrays())
         arrays |= prefixed("strokes", stroke_arrays(self.strokes))
         if self.applied is not None:
@@ -164,6 +166,7 @@ def read_arrays(arrays: Mapping[str, np.ndarray]) -> StoredSplash:
         read_strokes(without_prefix("strokes", arrays)),
         applied,
         flowed,
+        int(arrays.get("seed", np.array(0))),
     )
 
 

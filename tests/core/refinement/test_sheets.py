@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from liquid_splash_addon.core.mesh.mesh import Mesh
 from liquid_splash_addon.core.mesh.self_intersection import crossing_faces
 from liquid_splash_addon.core.numeric.triangles import enclosed_volume
+from liquid_splash_addon.core.refinement.drop_meshes import DropCloud
+from liquid_splash_addon.core.refinement.fingers import cloud_of
 from liquid_splash_addon.core.refinement.settings import SheetSettings
 from liquid_splash_addon.core.refinement.sheet_mesh import (
     MOST_FAIRING,
@@ -218,3 +220,13 @@ def test_velocity_of_a_turning_disc_stays_right(flat):
 
     made = add_sheets(flat, PLAIN, flow)
     np.testing.assert_allclose(made.mesh.velocities, flow(made.mesh.vertices), atol=1e-6)
+
+
+def test_drops_that_a_surface_has_come_to_touch_are_found():
+    places = np.array([[0, 0, 0], [RADIUS, 0, 0], [RADIUS + 6, 0, 0]], dtype=np.float32) * CELL
+    drops = cloud_of(places, np.zeros((3, 3)), np.full(3, 2 * CELL), CELL)
+    clear = drops.clear_of(disc())
+    assert clear.tolist() == [False, False, True]
+    assert DropCloud.empty().clear_of(disc()).shape == (0,)
+    kept = drops.only(clear)
+    assert len(kept.radii) == 1 and kept.clear_of(disc()).all()

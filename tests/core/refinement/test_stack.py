@@ -2,7 +2,7 @@
 """Droplets, ruptures, cleaning up, and the list of them."""
 
 import itertools
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -202,6 +202,33 @@ def test_what_was_kept_changes_nothing(refiner):
     warm = refiner.refine(steps)
     cold = Refiner(sheet().fields()).refine(steps)
     np.testing.assert_array_equal(warm.mesh.vertices, cold.mesh.vertices)
+
+
+def test_steps_follow_the_seed_of_their_splash():
+    fields, steps = sheet().fields(), (DROPS, SheetSettings(), WaveSettings())
+
+    def refined(seed, *own):
+        return Refiner(fields, seed=seed).refine(own or steps)
+
+    plain, other = refined(0), refined(3)
+    assert plain.cloud.positions.shape != other.cloud.positions.shape
+    again = refined(3)
+    np.testing.assert_array_equal(again.mesh.vertices, other.mesh.vertices)
+    np.testing.assert_array_equal(
+        Refiner(fields).refine(steps).mesh.vertices, plain.mesh.vertices, "as without a seed"
+    )
+    own = refined(3, replace(DROPS, seed=1))
+    assert own.cloud.positions.shape != refined(3, DROPS).cloud.positions.shape
+    applied = Refiner(fields, seed=3).applied(steps)
+    kept = Refiner(fields, applied=applied, seed=3).refine(())
+    np.testing.assert_array_equal(kept.mesh.vertices, other.mesh.vertices, "applied: as seen")
+
+
+def test_no_two_seeds_of_splash_and_step_are_alike():
+    seeds = {replace(DROPS, seed=b).of_splash(a).seed for a in range(40) for b in range(40)}
+    assert len(seeds) == 1600
+    assert DropletSettings(seed=5).of_splash(2**31 - 1).seed >= 0, "within its limits"
+    assert WaveSettings().of_splash(3) == WaveSettings()
 
 
 def test_waves_come_last_wherever_they_stand(refiner):

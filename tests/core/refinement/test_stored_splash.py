@@ -49,7 +49,16 @@ def test_containers_from_before_versions_are_read(fields):
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **fields.to_arrays())
     again = StoredSplash.from_bytes(buffer.getvalue())
-    assert same(again.fields, fields) and not again.strokes
+    assert same(again.fields, fields) and not again.strokes and again.seed == 0
+
+
+def test_the_seed_that_details_follow_comes_back(fields):
+    assert StoredSplash.from_bytes(StoredSplash(fields, fan(), seed=7).to_bytes()).seed == 7
+    with np.load(io.BytesIO(StoredSplash(fields, fan(), seed=7).to_bytes())) as stored:
+        before = {name: stored[name] for name in stored.files if name != "seed"}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **before)
+    assert StoredSplash.from_bytes(buffer.getvalue()).seed == 0, "files from before it was kept"
 
 
 def test_applied_refinements_come_back_and_change_nothing(fields):

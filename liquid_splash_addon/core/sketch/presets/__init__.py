@@ -40,7 +40,7 @@ PRESETS: dict[str, type[SketchPreset]] = {
 
 MEASURED: dict[str, SketchPreset] = {
     "CROWN": Crown(),
-    "JET": Jet(column=0.16, rim=0.0, jags=0.0, strokes=9),
+    "JET": Jet(column=0.16, rim=0.0, jags=0.0, bow=0.0, strokes=9),
     "WAVE": Wave(jags=0.0, rounding=0.0, strokes=7),
 }
 """The presets on which figures are measured, as they were when the first were."""

@@ -36,6 +36,10 @@ class Jet(SketchPreset):
         0.12, "Jags", "How far the edge dips between strokes: share of their length",
         low=0.0, high=0.5,
     )  # fmt: skip
+    bow: float = setting(
+        0.3, "Bow", "How far from the side the jet comes, as out of a jug, in Blender units",
+        low=0.0, high=1.0,
+    )  # fmt: skip
     strokes: int = strokes_setting(16)
 
     def paths(self) -> Paths:
@@ -47,11 +51,16 @@ class Jet(SketchPreset):
         fall = np.minimum(share / 0.4, 1.0) ** 1.2
         height = self.height - (self.height + 0.1) * fall + self.lift * np.sin(bend * np.pi)
         height = height + self.rim * bend**3
+        # A parabola that ends upright, of a stream that swells and narrows on its way.
+        left = np.clip(1 - share / 0.35, 0, 1)
+        aside = np.outer(self.bow * left**2, [-0.8, 0.6, 0.0])
+        swell = min(self.bow, 0.3) * 0.83
+        radius = radius * (1 + swell * np.sin(9 * left) * left * (1 - left) * 4)
         angles = 2 * np.pi * np.arange(self.strokes) / self.strokes
         lengths = 1 - self.jags * (np.arange(self.strokes) % 2)
         return {
             "Jet": [
-                shortened(around(angle, radius, height), length)
+                shortened(around(angle, radius, height) + aside, length)
                 for angle, length in zip(angles, lengths, strict=True)
             ]
         }
