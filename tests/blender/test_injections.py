@@ -121,7 +121,7 @@ def test_weights_that_are_deleted_between_two_splashes(tmp_path, monkeypatch):
     path.unlink()
     for name in ("regenerate", "realign", "generate"):
         refused(
-            lambda name=name: getattr(bpy.ops.splash, name)(seed=3, variation=1.0), "No weights at"
+            lambda name=name: getattr(bpy.ops.splash, name)(seed=3, variation=1.0), "No network at"
         )
     assert bpy.ops.splash.refinement_add(kind="CLEANUP") == {"FINISHED"}, "what needs none goes on"
     shutil.copy(default_weights_path(), path)

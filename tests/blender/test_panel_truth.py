@@ -78,11 +78,11 @@ def test_strokes_outside_the_box_are_said_until_they_are_moved_back():
         bpy.ops.splash.regenerate()
     sketch.data.update_tag()
     bpy.context.view_layer.update()
-    assert "outside the" in drawn(SPLASH_PT_main)
+    assert "have left their splash" in drawn(SPLASH_PT_main)
     attribute.data.foreach_set("vector", values)
     sketch.data.update_tag()
     bpy.context.view_layer.update()
-    assert "outside the" not in drawn(SPLASH_PT_main)
+    assert "have left their splash" not in drawn(SPLASH_PT_main)
 
 
 def made() -> bpy.types.Object:

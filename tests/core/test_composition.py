@@ -204,7 +204,7 @@ def test_thick_liquid_has_no_hollow_blocks():
 
 def test_too_much_memory_says_what_to_do():
     parts = [Placed(ball(), at(0.0)), Placed(ball(), at(0.5, scale=200.0))]
-    with pytest.raises(CompositionError, match=r"GB .* compose fewer splashes, use a draft"):
+    with pytest.raises(CompositionError, match=r"GB .* compose fewer splashes, use a preview"):
         compose(parts)
     few = [Placed(ball(), at(x)) for x in range(4)]
     with pytest.raises(CompositionError, match="compose fewer"):
@@ -228,7 +228,7 @@ def test_nothing_to_compose():
     assert volume(wet.vertices, wet.faces) == pytest.approx(BALL, rel=0.02)
     with pytest.raises(CompositionError, match="Blend"):
         compose([Placed(ball(), HERE)], blend=-1.0)
-    with pytest.raises(CompositionError, match="cell"):
+    with pytest.raises(CompositionError, match="The voxel must be larger"):
         compose([Placed(ball(), HERE)], cell=0.0)
 
 

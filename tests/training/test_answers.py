@@ -36,7 +36,7 @@ def test_models_are_loaded_by_kind(tmp_path: Path, monkeypatch):
         load_answers([f"a={run}"])[0]["a"].generate(condition, grid)
     with pytest.raises(ValueError, match="two runs for the same grid"):
         load_answers([f"a={run}", f"a={run}"])
-    with pytest.raises(ValueError, match="No weights"):
+    with pytest.raises(ValueError, match="No network at"):
         load_answers([f"b={tmp_path / 'none'}"])
     file = default_weights_path()
     for requests in (["a"], [f"nearest={run}"], [f"={run}"], [f"a={run}", f"a={file}"]):
