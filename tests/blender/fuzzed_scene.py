@@ -252,6 +252,11 @@ class FuzzedScene:
         turn = Euler([self.dice.uniform(-3, 3) for _ in range(3)])
         return Matrix.LocRotScale(where, turn, None)
 
+    def take_in_hand(self, item: bpy.types.Object) -> None:
+        """Refuse what is hidden: nobody moves it, and Blender says nothing of its moves."""
+        if not item.visible_get():
+            raise RuntimeError("it is hidden")
+
     def activate(self, item: bpy.types.Object) -> None:
         """Make an object the only selected one."""
         if bpy.context.view_layer.objects.get(item.name) != item:

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from liquid_splash_addon.blender.data.properties import is_splash
 from liquid_splash_addon.blender.scene import places
 from liquid_splash_addon.core.liquids import LIQUIDS
 from liquid_splash_addon.core.refinement.presets import PRESETS
@@ -71,10 +72,12 @@ class OnSplash(FuzzedScene):
         places.move_to(self.splash, place)
 
     def do_offset_splash(self) -> None:
+        self.take_in_hand(self.splash)
         self.splash.matrix_world = self.place()
         self.is_offset = True
 
     def do_scale_splash(self) -> None:
+        self.take_in_hand(self.splash)
         self.splash.scale = [self.dice.choice((-1.0, 0.5, 3.0))] * 3
         self.is_offset = True
 
@@ -281,5 +284,7 @@ class OnSplash(FuzzedScene):
         bpy.ops.object.delete()
         self.activate(self.sketch)
         bpy.ops.splash.generate()
-        self.splash_name = bpy.context.view_layer.objects.active.name
+        active = bpy.context.view_layer.objects.active
+        if is_splash(active):  # a hidden one was not deleted, and its model is active
+            self.splash_name = active.name
         self.is_offset = False
