@@ -24,8 +24,8 @@ RESOLUTIONS = ("64", "128")
 def test_velocity_at_the_strokes_is_the_drawn_one(name, resolution):
     """Gain times the drawn velocity, in object space, at the surface nearest to each stroke."""
     add_sketch(example_sketch(name))
-    splash = generate(resolution=resolution)
     settings = SplashSettings()
+    splash = generate(resolution=resolution, speed_gain=settings.speed_gain)
     strokes, _ = strokes_from_drawings(example_sketch(name), settings)
     dense = [resample(stroke, 0.02) for stroke in strokes]
     drawn = settings.speed_gain * np.concatenate([stroke.velocities for stroke in dense])
@@ -41,7 +41,7 @@ def test_velocity_at_the_strokes_is_the_drawn_one(name, resolution):
 def test_the_splash_follows_the_strokes(name):
     """Most of the strokes lie in the liquid, or within two cells of it."""
     add_sketch(example_sketch(name))
-    splash = generate(resolution="128")
+    splash = generate(resolution="128", speed_gain=SplashSettings().speed_gain)
     cell = Grid.local().spacing / frame_from_text(splash.splash.frame).scale.length
     points = np.concatenate([drawing.points for drawing in example_sketch(name)])
     near = []

@@ -76,7 +76,7 @@ def test_what_is_too_fast_is_drawn_in_the_warning_colour():
 def test_the_splashs_own_frame_and_settings_count(tubes):
     add_sketch(fan())
     plain = found()
-    splash = generate(speed_gain=2.0)
+    splash = generate(speed_gain=bpy.context.scene.splash.settings.speed_gain / 2)
     bpy.context.view_layer.objects.active = splash.splash.sketch
     for one, other in zip(found().lines, plain.lines, strict=True):
         np.testing.assert_allclose(one.speeds, other.speeds / 2, rtol=0.01)

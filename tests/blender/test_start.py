@@ -37,7 +37,7 @@ def test_the_first_splash_has_films_drops_and_waves_without_being_told():
     assert splash.splash_stack.summary and not splash.splash_stack.pending
     bpy.data.objects.remove(splash)
     bpy.context.view_layer.objects.active = sketch
-    bare = generate()
+    bare = generate(speed_gain=bpy.context.scene.splash.settings.speed_gain)
     assert vertices(bare).shape != found.shape
     bpy.context.view_layer.objects.active = bare
     assert bpy.ops.splash.refinement_preset(preset="FRESH") == {"FINISHED"}
