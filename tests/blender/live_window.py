@@ -147,6 +147,7 @@ def following() -> Iterator[Condition]:
     yield live.is_making
     key("ESC")
     yield lambda: not live.is_making()
+    yield at_rest  # a draft that stays gets its refinements
     stopped = vertices(splashes()[0])
     yield pause()
     assert np.array_equal(vertices(splashes()[0]), stopped) and not live.is_making(), "Esc stops"

@@ -4,6 +4,9 @@
 Both go through the queue, so that whoever asked goes on drawing. Strokes that are added meanwhile
 are in the result, see work_queue. A newer request takes the place of an older one. A sketch grows
 stroke by stroke: one that has outgrown its splash's box gets a new one.
+
+Drafts are bare liquid, as soon as can be; refinements come with the full resolution, or when that
+is not made.
 """
 
 from __future__ import annotations
@@ -16,9 +19,10 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..data.properties import assign_settings, to_settings
+from ..scene import evaluated
 from ..scene.objects import Handle, SceneError
 from ..scene.targets import Target, find_target, target_of
-from . import generate, undo_step, work_queue
+from . import generate, scheduler, undo_step, work_queue
 from .messages import sentence_for
 from .work_queue import Entry, Work
 
@@ -27,6 +31,9 @@ if TYPE_CHECKING:
 
 DRAFT = "64"
 """Resolution of drafts."""
+
+BARE_DRAFT = "bare draft"
+"""Recorded in place of a key where a list of refinements is yet to come: no task has it."""
 
 NO_SKETCH = "Draw at least one stroke first"
 
@@ -50,6 +57,7 @@ class Making:
         self.others = [Handle.of(item) for item in target.others]
         self.splash = None if target.splash is None else Handle.of(target.splash)
         self.tell, self.rest, self.is_step = tell, rest, is_step
+        self._is_bare = False  # whether what is shown is a draft without its refinements
         self._after_rest = self._put  # one object: timers are known by identity
         self.stage = "full" if self.settings().resolution == DRAFT else "draft"
         self._put()
@@ -65,9 +73,21 @@ class Making:
         return self.entry.stage, self.entry.fraction
 
     def cancel(self) -> None:
-        """Stop; what was written stays."""
+        """Stop; what was written stays, and a draft gets its refinements."""
+        self.give_way()
+        self._refine_draft()
+
+    def give_way(self) -> None:
+        """Stop, as something else is made in place of it."""
         self.entry.cancel()
         self.forget_rest()
+
+    def _refine_draft(self) -> None:
+        """Have a draft refined that stays."""
+        splash = self.splash.find() if self.splash is not None and self._is_bare else None
+        self._is_bare = False
+        if splash is not None:
+            scheduler.request(splash)
 
     def forget_rest(self) -> None:
         """Do not begin what waits for the rest to end."""
@@ -104,6 +124,8 @@ class Making:
         others = tuple(item for handle in self.others if (item := handle.find()) is not None)
         target = Target(sketch, None, "", others) if splash is None else target_of(splash)
         request = generate.snapshot(bpy.context, target, settings, may_refit=True)
+        if self.stage == "draft":
+            request = replace(request, refinements=[])
         return Work(
             (request.key, self.stage),
             partial(generate.compute, request),
@@ -115,7 +137,10 @@ class Making:
         wanted = self.settings()
         splash = generate.write(bpy.context, request, result)
         assign_settings(splash.splash.settings, wanted)
-        self.splash = Handle.of(splash)
+        is_again, self.splash = self.splash is not None, Handle.of(splash)
+        self._is_bare = is_again and self.stage == "draft" and len(splash.splash_stack.items) > 0
+        if self._is_bare:
+            evaluated.remember(splash, splash.splash_stack, BARE_DRAFT)
         if self.is_step:
             undo_step.push("Splash Preview" if self.stage == "draft" else "Generate Splash")
         self.tell(result.summary)
@@ -130,6 +155,7 @@ class Making:
 
     def _fail(self, error: Exception) -> None:
         self.stage = "failed"
+        self._refine_draft()
         self.tell(sentence_for(error))
 
 
@@ -157,7 +183,7 @@ def make(target: Target, tell: Tell, rest: float = 0.0, is_step: bool = True) ->
     """Have a splash made, without waiting for it, in the place of what was asked for before."""
     global _making
     if _making is not None and _making.is_busy:
-        _making.cancel()
+        _making.give_way()
     _making = Making(target, tell, rest, is_step)
 
 
@@ -179,5 +205,5 @@ def unregister() -> None:
     """Stop, and forget."""
     bpy.app.handlers.load_pre.remove(forget)
     if _making is not None:
-        _making.cancel()
+        _making.give_way()
     forget()
