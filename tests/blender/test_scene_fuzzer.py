@@ -15,6 +15,10 @@ WAYS = ((4, 5), (5, 0), (5, 2))
 
 KEPT: dict[str, tuple[int, tuple[str, ...]]] = {
     "undo meshed with a threshold that waited for Regenerate": (0, ("do_settings",)),
+    "undo joined a model before it was known where its splash stands": (
+        441,
+        ("do_origin_of_splash", "do_combine"),
+    ),
 }
 """Sequences that once found a fault, by that fault: seed and operations."""
 

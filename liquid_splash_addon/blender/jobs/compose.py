@@ -84,7 +84,8 @@ class ModelTask:
         """Identifies the task: equal keys, equal results."""
         source = hashlib.sha256()
         for part in self.parts:
-            source.update(f"{part.key} {np.round(part.place, 5).tolist()}".encode())
+            place = np.round(part.place, 5) + 0.0  # no zero with a sign
+            source.update(f"{part.key} {place.tolist()}".encode())
         around = obstacles_key(self.obstacles, self.clearance)
         wanted = f"{self.settings!r} {self.sheets!r} {self.waves!r}"
         found = f"{source.hexdigest()[:16]} {wanted} {around!r}"

@@ -153,6 +153,8 @@ def raise_failure(item: bpy.types.Object) -> None:
 @bpy.app.handlers.persistent
 def after_undo(_scene: Any, _graph: Any = None) -> None:
     """Evaluate what undo and redo have left out of date."""
+    if work_queue.is_immediate():
+        bpy.context.view_layer.update()  # where objects stand is not known yet
     with held():
         for item in (*index.splashes(), *index.models()):
             kind = kind_of(item)

@@ -22,6 +22,10 @@ from .objects import SceneError
 
 NAME = "Splash Model"
 
+ROUNDING = 1e-6
+"""Share of its size by which a splash seems to have moved though it has not: vertices and places
+are single precision."""
+
 
 def new_model(context: bpy.types.Context, splashes: Sequence[bpy.types.Object]) -> bpy.types.Object:
     """Make a model of ``splashes``, still without a mesh.
@@ -128,7 +132,11 @@ def place_in(model: bpy.types.Object, splash: bpy.types.Object) -> np.ndarray:
     if is_plain and is_still:  # avoids the rounding of an inverse
         return np.array(splash.matrix_parent_inverse @ splash.matrix_basis, dtype=np.float64)
     place = np.array(mesh_space.liquid_matrix(splash), dtype=np.float64)
-    return mesh_space.liquid_inverse(model) @ place
+    found = mesh_space.liquid_inverse(model) @ place
+    # What is moved by a rounding only would be sampled anew, and otherwise after an undo.
+    moved = found - np.eye(4)
+    moved[:3, 3] /= max(float(np.ptp(splash.bound_box, axis=0).max()), 1e-30)
+    return np.eye(4) if np.abs(moved).max() < ROUNDING else found
 
 
 def update_visibility() -> None:
