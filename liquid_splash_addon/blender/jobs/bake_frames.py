@@ -22,8 +22,7 @@ from ...core.sketch.strokes import StrokeError
 from ..data.properties import to_settings
 from ..scene import frame_folder, mesh_object, motion_object
 from ..scene.objects import Handle, SceneError
-from . import generate, main_thread, work_queue
-from .messages import sentence_for
+from . import frame_runs, generate, main_thread
 from .moments import Moment, read_moment
 from .progress import labelled, part_of
 
@@ -145,20 +144,8 @@ def bake(run: Run, report: Report) -> None:
 
 
 def bake_all(runs: Sequence[Run], report: Report) -> None:
-    """Do runs one after another. What fails is noted in its run, and the others are done."""
-    from ...core.progress import Cancelled
-
-    for number, run in enumerate(runs):
-        part = part_of(report, number / len(runs), (number + 1) / len(runs))
-        if len(runs) > 1:
-            part = labelled(part, run.order.item.name)
-        try:
-            bake(run, part)
-        except Cancelled:
-            raise
-        except Exception as error:
-            run.error = sentence_for(error)
-            work_queue.print_unexpected(error)
+    """Do runs one after another, see :func:`frame_runs.do_all`."""
+    frame_runs.do_all(bake, runs, report)
 
 
 def read_moments(run: Run, report: Report) -> list[Moment | None]:

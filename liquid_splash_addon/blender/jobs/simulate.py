@@ -25,10 +25,9 @@ from ..scene.moving_obstacles import Moving, Sampler
 from ..scene.objects import Handle, SceneError
 from ..scene.obstacles import solids
 from ..scene.places import shown_matrix
-from . import main_thread, memory, refine, solver_start, work_queue
+from . import frame_runs, main_thread, memory, refine, solver_start
 from .child_process import ChildProcess
-from .messages import sentence_for
-from .progress import labelled, part_of
+from .progress import part_of
 
 if TYPE_CHECKING:
     from ...core.animation.solver_start import SolverStart
@@ -188,20 +187,8 @@ def simulate(run: Run, report: Report) -> None:
 
 
 def simulate_all(runs: Sequence[Run], report: Report) -> None:
-    """Do runs one after another. What fails is noted in its run, and the others are done."""
-    from ...core.progress import Cancelled
-
-    for number, run in enumerate(runs):
-        part = part_of(report, number / len(runs), (number + 1) / len(runs))
-        if len(runs) > 1:
-            part = labelled(part, run.order.item.name)
-        try:
-            simulate(run, part)
-        except Cancelled:
-            raise
-        except Exception as error:
-            run.error = sentence_for(error)
-            work_queue.print_unexpected(error)
+    """Do runs one after another, see :func:`frame_runs.do_all`."""
+    frame_runs.do_all(simulate, runs, report)
 
 
 def read_obstacles(run: Run, report: Report) -> list[Moving]:
